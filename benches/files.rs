@@ -10,9 +10,9 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::io::layered::psd::{self, PsdVariant};
-use quadratura::testing::io::layered::xcf::{self, XcfVersion};
-use quadratura::testing::io::layered::{
+use quadratura::testing::layered_files::psd::{self, PsdVariant};
+use quadratura::testing::layered_files::xcf::{self, XcfVersion};
+use quadratura::testing::layered_files::{
     Depth, FormatFit, Group, LayerNode, LayeredDocument, PixelLayer, Raster, png, read_layered,
 };
 use quadratura::testing::scene::Samples;

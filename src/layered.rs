@@ -152,13 +152,13 @@ pub use quadratura_editing::import::{
     ImportOptions, Imported, history as import_history, import_once as import, take_back as undo_import,
 };
 #[doc(inline)]
-pub use quadratura_io::layered::ora::write as write_ora;
+pub use quadratura_layered_files::ora::write as write_ora;
 #[doc(inline)]
-pub use quadratura_io::layered::psd::{PsdVariant, write as write_psd};
+pub use quadratura_layered_files::psd::{PsdVariant, write as write_psd};
 #[doc(inline)]
-pub use quadratura_io::layered::xcf::{XcfVersion, write as write_xcf};
+pub use quadratura_layered_files::xcf::{XcfVersion, write as write_xcf};
 #[doc(inline)]
-pub use quadratura_io::layered::{
+pub use quadratura_layered_files::{
     BlendMode, Depth, EditedDocument, EditedLayer, EditedMask, FormatFit, Grey, Group, LayerNode,
     LayeredDocument, Lazy, PixelLayer, PixelSource, Raster, Rounding, StoredColours, Tag, read_layered,
 };

@@ -108,6 +108,7 @@
 //! | `ldi` | layered depth images: layout, order, splats, warp, and their files |
 //! | `layers` | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | `document` | what is saved: the authored project and the derived stacks |
+//! | `layered_files` | the files that image editors read and write: PSD, XCF, OpenRaster, folders |
 //! | `io` | files of a project |
 //! | `handover` | the site in the formats of other programs |
 //! | `sites` | whole tasks, without a user interface and without a device; first those on a site: find, open, check, mask |

@@ -15,6 +15,7 @@ pub use quadratura_handover as handover;
 pub use quadratura_images as images;
 pub use quadratura_import as import;
 pub use quadratura_io as io;
+pub use quadratura_layered_files as layered_files;
 pub use quadratura_layers as layers;
 pub use quadratura_ldi as ldi;
 pub use quadratura_projection as projection;

@@ -8,15 +8,15 @@ use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
 
 use super::directions::directions;
-use super::heights::{Anchor, Relief, starts};
+use super::heights::{Anchor, PlaneHeights, starts};
 use super::points::Points;
 use super::refine::{Free, polished, refined};
-use super::score::{Ray, Worth, rays, score};
-use super::surface::Surface;
+use super::score::{ObservedRay, Worth, rays, score};
+use super::surface::NormalisedModel;
 
 /// A pose of the model in normalised coordinates, and what it is worth.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct FoundPose {
     pub pose: Similarity,
     pub worth: Worth,
 }
@@ -45,18 +45,18 @@ const ENOUGH: f64 = 0.16;
 const CLEARLY: f64 = 1.5;
 
 /// Rays by which poses are judged, the same for all poses.
-pub struct Samples {
-    pub first: Vec<Ray>,
-    pub fit: Vec<Ray>,
-    pub second: Vec<Ray>,
-    pub last: Vec<Ray>,
-    pub polish: Vec<Ray>,
+pub struct JudgingRays {
+    pub first: Vec<ObservedRay>,
+    pub fit: Vec<ObservedRay>,
+    pub second: Vec<ObservedRay>,
+    pub last: Vec<ObservedRay>,
+    pub polish: Vec<ObservedRay>,
 }
 
 /// The tolerance of the last judgement.
 pub const LAST_TOLERANCE: f64 = 0.006;
 
-impl Samples {
+impl JudgingRays {
     /// Draws them.
     pub fn new(points: &Points) -> Self {
         let of = |count: usize, seed: u64| rays(points, &points.sample(count, seed));
@@ -70,8 +70,8 @@ impl Samples {
     }
 
     /// Judges a pose finally.
-    pub fn judged(&self, surface: &Surface, pose: Similarity) -> Found {
-        Found { pose, worth: score(surface, &self.last, &pose, LAST_TOLERANCE) }
+    pub fn judged(&self, surface: &NormalisedModel, pose: Similarity) -> FoundPose {
+        FoundPose { pose, worth: score(surface, &self.last, &pose, LAST_TOLERANCE) }
     }
 }
 
@@ -79,7 +79,12 @@ impl Samples {
 ///
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`] on request.
-pub fn search(surface: &Surface, points: &Points, samples: &Samples, task: &Task) -> Result<Vec<Found>> {
+pub fn search(
+    surface: &NormalisedModel,
+    points: &Points,
+    samples: &JudgingRays,
+    task: &Task,
+) -> Result<Vec<FoundPose>> {
     let least = LEAST_ANCHOR * points.sights.len() as f64;
     let large = |i: &usize| points.planes[*i].members.len() as f64 >= least;
     let anchors: Vec<Anchor> = (0..points.planes.len().min(ANCHORS))
@@ -87,13 +92,13 @@ pub fn search(surface: &Surface, points: &Points, samples: &Samples, task: &Task
         .map(|i| Anchor::new(points, i, &directions(points, i), &counted(points, i)))
         .collect();
     let total = 2 * anchors.len() as u64;
-    let (mut kept, mut reliefs): (Vec<Found>, Vec<Relief>) = (Vec::new(), Vec::new());
+    let (mut kept, mut reliefs): (Vec<FoundPose>, Vec<PlaneHeights>) = (Vec::new(), Vec::new());
     for (round, anchor) in (0..total).zip(anchors.iter().cycle()) {
         task.step("search the alignment", round, total)?;
         // First the faces' front sides.
         if round % anchors.len() as u64 == 0 {
             let side = if round == 0 { 1.0 } else { -1.0 };
-            reliefs = surface.planes.par_iter().map(|on| Relief::new(surface, on, side)).collect();
+            reliefs = surface.planes.par_iter().map(|on| PlaneHeights::new(surface, on, side)).collect();
         }
         let laid = reliefs.par_iter().map(|relief| {
             task.check_cancelled()?;
@@ -135,13 +140,18 @@ fn counted(points: &Points, index: usize) -> Vec<u32> {
 }
 
 /// Narrows the poses of one plane of the points down.
-fn funnel(surface: &Surface, samples: &Samples, laid: &[Similarity], task: &Task) -> Result<Vec<Found>> {
-    let scored = |rays: &[Ray], tolerance: f64, poses: Vec<Similarity>| {
+fn funnel(
+    surface: &NormalisedModel,
+    samples: &JudgingRays,
+    laid: &[Similarity],
+    task: &Task,
+) -> Result<Vec<FoundPose>> {
+    let scored = |rays: &[ObservedRay], tolerance: f64, poses: Vec<Similarity>| {
         let score = |pose: Similarity| {
             task.check_cancelled()?;
-            Ok(Found { pose, worth: score(surface, rays, &pose, tolerance) })
+            Ok(FoundPose { pose, worth: score(surface, rays, &pose, tolerance) })
         };
-        poses.into_par_iter().map(score).collect::<Result<Vec<Found>>>()
+        poses.into_par_iter().map(score).collect::<Result<Vec<FoundPose>>>()
     };
     let first = scored(&samples.first, 0.02, laid.to_vec())?;
     let first = distinct(first, SAME_START, FIRST);
@@ -167,9 +177,9 @@ pub fn apart(a: &Similarity, b: &Similarity) -> f64 {
 }
 
 /// Sorts poses by worth and leaves out those near to a better one.
-pub fn distinct(mut found: Vec<Found>, same: f64, most: usize) -> Vec<Found> {
+pub fn distinct(mut found: Vec<FoundPose>, same: f64, most: usize) -> Vec<FoundPose> {
     found.sort_by(|a, b| b.worth.capped.total_cmp(&a.worth.capped));
-    let mut kept: Vec<Found> = Vec::new();
+    let mut kept: Vec<FoundPose> = Vec::new();
     for next in found {
         if kept.len() == most {
             break;

@@ -9,7 +9,7 @@ use quadratura_base::geometry::Similarity;
 use quadratura_base::geometry::triangle::{Triangle, area_vector};
 
 use super::points::Points;
-use super::surface::{ModelPlane, Surface};
+use super::surface::{ModelPlane, NormalisedModel};
 
 /// Cells of the map along a side.
 const CELLS: usize = 64;
@@ -47,12 +47,12 @@ pub struct Anchor {
     /// Angles of likely directions against u, in radians.
     pub angles: Vec<f64>,
     /// Points in the anchor's axes, and on which surfaces each may lie.
-    pub counted: Vec<(DVec3, Kind)>,
+    pub counted: Vec<(DVec3, SurfaceKind)>,
 }
 
 /// The surfaces that a point may lie on, judged by the plane that it lies on itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum SurfaceKind {
     Parallel,
     Other,
     Any,
@@ -67,9 +67,9 @@ impl Anchor {
         let angle = |direction: &DVec3| direction.dot(axes.y_axis).atan2(direction.dot(axes.x_axis));
         let kind =
             |plane: Option<u32>| match plane.map(|of| points.planes[of as usize].normal.dot(axes.z_axis)) {
-                None => Kind::Any,
-                Some(cos) if cos.abs() > PARALLEL_COS => Kind::Parallel,
-                Some(_) => Kind::Other,
+                None => SurfaceKind::Any,
+                Some(cos) if cos.abs() > PARALLEL_COS => SurfaceKind::Parallel,
+                Some(_) => SurfaceKind::Other,
             };
         let counted = sample
             .iter()
@@ -91,28 +91,28 @@ const PARALLEL_COS: f64 = 0.966;
 
 /// A piece of the model over a cell of the map.
 #[derive(Clone, Copy)]
-struct Piece {
+struct ModelPatch {
     cell: u32,
     height: f32,
     parallel: bool,
 }
 
 /// The model over one of its planes.
-pub struct Relief {
+pub struct PlaneHeights {
     /// Right-handed: u and v in the plane, and the side of the plane that is seen.
     axes: DMat3,
     /// The place of the map's corner in the plane, in the model's coordinates.
     corner: DVec3,
     /// The side of a cell, in radii of the model.
     cell: f64,
-    pieces: Vec<Piece>,
+    pieces: Vec<ModelPatch>,
     angles: Vec<f64>,
     /// Half the side of a square as large as the plane's faces.
     size: f64,
 }
 
 /// Returns the best poses with a plane of the points on a plane of the model.
-pub fn starts(relief: &Relief, anchor: &Anchor) -> Vec<Similarity> {
+pub fn starts(relief: &PlaneHeights, anchor: &Anchor) -> Vec<Similarity> {
     let guess = anchor.radius / relief.size;
     let turns = turns(&anchor.angles, &relief.angles);
     let steps = (2.0 * SCALES.ln() / SCALE_STEP.ln()).ceil() as usize;
@@ -166,9 +166,9 @@ fn turns(of_points: &[f64], of_model: &[f64]) -> Vec<f64> {
     turns.iter().flat_map(|turn| (0..4).map(move |quarter| turn + f64::from(quarter) * FRAC_PI_2)).collect()
 }
 
-impl Relief {
+impl PlaneHeights {
     /// Maps the model over its plane `on`, seen from its front (`side` 1) or from behind (-1).
-    pub fn new(surface: &Surface, on: &ModelPlane, side: f64) -> Self {
+    pub fn new(surface: &NormalisedModel, on: &ModelPlane, side: f64) -> Self {
         let (normal, u) = (on.normal * side, on.directions[0]);
         let u = u.reject_from(normal).normalize();
         let axes = DMat3::from_cols(u, normal.cross(u), normal);
@@ -186,7 +186,7 @@ impl Relief {
             let parallel = n.dot(normal).abs() > PARALLEL_COS;
             let triangle: Triangle = triangle.map(|p| (flat(p) - corner_flat) / DVec3::new(cell, cell, 1.0));
             sample_triangle(&triangle, cell, |at, height| {
-                let piece = Piece { cell: at, height: height as f32, parallel };
+                let piece = ModelPatch { cell: at, height: height as f32, parallel };
                 pieces.push(piece);
             });
         }
@@ -284,15 +284,15 @@ impl HeightMap {
     }
 
     /// Marks the model's surfaces, enlarged by `scale`.
-    fn fill(&mut self, pieces: &[Piece], scale: f64) {
+    fn fill(&mut self, pieces: &[ModelPatch], scale: f64) {
         self.slots = [[None; BINS]; 3];
         self.layers[..self.used * LAYER].fill(0);
         self.used = 0;
         for piece in pieces {
             let bin = self.bin(piece.height * scale as f32);
-            let kind = if piece.parallel { Kind::Parallel } else { Kind::Other };
+            let kind = if piece.parallel { SurfaceKind::Parallel } else { SurfaceKind::Other };
             for bin in bin - 1..=bin + 1 {
-                for kind in [kind, Kind::Any] {
+                for kind in [kind, SurfaceKind::Any] {
                     let at = self.layer(kind, bin);
                     let (x, y) = (piece.cell as usize % CELLS, piece.cell as usize / CELLS);
                     self.layers[at + CELLS + y * STRIDE + x] = 1;
@@ -302,7 +302,7 @@ impl HeightMap {
     }
 
     /// Returns where the layer of a bin begins, which is made if there is none.
-    fn layer(&mut self, kind: Kind, bin: usize) -> usize {
+    fn layer(&mut self, kind: SurfaceKind, bin: usize) -> usize {
         if let Some(slot) = self.slots[kind as usize][bin] {
             return slot as usize * LAYER;
         }
@@ -316,7 +316,7 @@ impl HeightMap {
     }
 
     /// Counts, for each cell of the map, the points that have a surface at their height if the anchor's middle is there.
-    fn count(&self, points: &[(DVec3, Kind)], turn: f64, per_cell: f64) -> [u64; CELLS * CELLS / 8] {
+    fn count(&self, points: &[(DVec3, SurfaceKind)], turn: f64, per_cell: f64) -> [u64; CELLS * CELLS / 8] {
         let mut counts = [0u64; CELLS * CELLS / 8];
         let (sin, cos) = turn.sin_cos();
         for (point, kind) in points {

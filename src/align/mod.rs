@@ -36,18 +36,18 @@ use quadratura_base::geometry::{Pinhole, Pose, Similarity};
 use quadratura_base::scene::{Model, SparsePoint};
 use quadratura_base::task::Task;
 
-use find::{Found, Samples, search};
+use find::{FoundPose, JudgingRays, search};
 use points::Points;
 use refine::{Free, refined};
-use surface::Surface;
+use surface::NormalisedModel;
 
 /// What is aligned, in the form that the search uses. Build it once and ask it several times.
 pub struct Aligner {
     /// The model.
-    pub surface: Surface,
+    pub surface: NormalisedModel,
     /// The points.
     pub points: Points,
-    samples: Samples,
+    samples: JudgingRays,
 }
 
 /// Why nothing is searched.
@@ -63,7 +63,7 @@ pub enum Unsearchable {
 
 /// A transform of the model, and how well it explains the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
+pub struct AlignmentCandidate {
     /// From the model's coordinates to the cameras' world.
     pub world_from_model: Similarity,
     /// The weighted share of sparse points at which cameras see the model first, where no region of the model counts for
@@ -73,7 +73,7 @@ pub struct Candidate {
 
 /// The answer of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Answer {
+pub enum AlignmentAnswer {
     /// The first candidate is far better than every other.
     Aligned,
     /// Several candidates do nearly as well: the site is symmetric, or the model has too few faces.
@@ -103,12 +103,12 @@ impl Aligner {
         cameras: &[(Pinhole, Pose)],
         points: &[SparsePoint],
     ) -> std::result::Result<Self, Unsearchable> {
-        let surface = Surface::new(model).ok_or(Unsearchable::NoFaces)?;
+        let surface = NormalisedModel::new(model).ok_or(Unsearchable::NoFaces)?;
         let points = Points::new(cameras, points).ok_or(Unsearchable::FewPoints)?;
         if points.planes.is_empty() {
             return Err(Unsearchable::NoPlanes);
         }
-        let samples = Samples::new(&points);
+        let samples = JudgingRays::new(&points);
         Ok(Self { surface, points, samples })
     }
 
@@ -116,28 +116,28 @@ impl Aligner {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Cancelled`] on request.
-    pub fn search(&self, task: &Task) -> Result<(Answer, Vec<Candidate>)> {
+    pub fn search(&self, task: &Task) -> Result<(AlignmentAnswer, Vec<AlignmentCandidate>)> {
         let found = search(&self.surface, &self.points, &self.samples, task)?;
         let answer = self.answer(&found);
         Ok((answer, found.iter().map(|found| self.candidate(found)).collect()))
     }
 
     /// Fits a transform to the points near which the model is already, and judges it.
-    pub fn fitted(&self, world_from_model: &Similarity, free: Free) -> Candidate {
+    pub fn fitted(&self, world_from_model: &Similarity, free: Free) -> AlignmentCandidate {
         let start = self.inward(world_from_model);
         let pose = refined(&self.surface, &self.samples.polish, &start, 8, [0.012, 0.004], free);
         self.candidate(&self.samples.judged(&self.surface, pose))
     }
 
     /// Judges a transform as the search does.
-    pub fn judge(&self, world_from_model: &Similarity) -> Candidate {
+    pub fn judge(&self, world_from_model: &Similarity) -> AlignmentCandidate {
         let pose = self.inward(world_from_model);
         let found = self.samples.judged(&self.surface, pose);
-        Candidate { world_from_model: *world_from_model, score: found.worth.capped }
+        AlignmentCandidate { world_from_model: *world_from_model, score: found.worth.capped }
     }
 
-    fn candidate(&self, found: &Found) -> Candidate {
-        Candidate { world_from_model: self.outward(&found.pose), score: found.worth.capped }
+    fn candidate(&self, found: &FoundPose) -> AlignmentCandidate {
+        AlignmentCandidate { world_from_model: self.outward(&found.pose), score: found.worth.capped }
     }
 
     /// From normalised coordinates of the points to the world, and of the model to its own.
@@ -157,8 +157,8 @@ impl Aligner {
     }
 
     /// Decides by the best score and its ratio to the second one.
-    fn answer(&self, found: &[Found]) -> Answer {
-        let Some(best) = found.first() else { return Answer::Foreign };
+    fn answer(&self, found: &[FoundPose]) -> AlignmentAnswer {
+        let Some(best) = found.first() else { return AlignmentAnswer::Foreign };
         // A model of few regions cannot reach the score, so it has to explain most points.
         let few = self.surface.region_count < FEW_REGIONS;
         let is_chance = if few { best.worth.plain < MOST_POINTS } else { best.worth.capped < LEAST_SCORE };
@@ -169,9 +169,9 @@ impl Aligner {
         let is_symmetric =
             || second.is_some_and(|second| self.surface.repeats(&best.pose.inverse().compose(&second.pose)));
         match is_chance {
-            false if is_clear => Answer::Aligned,
-            false if is_strong() || is_symmetric() => Answer::Several,
-            _ => Answer::Foreign,
+            false if is_clear => AlignmentAnswer::Aligned,
+            false if is_strong() || is_symmetric() => AlignmentAnswer::Several,
+            _ => AlignmentAnswer::Foreign,
         }
     }
 }

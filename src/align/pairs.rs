@@ -14,7 +14,7 @@ use super::refine::moved;
 
 /// A corner of the model, and the pixel of a photo at which it is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct CornerPair {
     /// The corner, in the model's coordinates.
     pub corner: DVec3,
     /// The index of the camera.
@@ -59,14 +59,14 @@ const SOFT_PX: f64 = 4.0;
 /// # Errors
 /// Says why there is none.
 pub fn from_pairs(
-    pairs: &[Pair],
+    pairs: &[CornerPair],
     cameras: &[(Pinhole, Pose)],
     points: &[SparsePoint],
 ) -> Result<PairFit, Unpaired> {
     if pairs.len() < 3 {
         return Err(Unpaired::TooFew);
     }
-    let eye = |pair: &Pair| cameras[pair.photo].1.center_in_world();
+    let eye = |pair: &CornerPair| cameras[pair.photo].1.center_in_world();
     let places: Vec<DVec3> = places(pairs, cameras, points);
     let reach = pairs.iter().zip(&places).map(|(pair, place)| eye(pair).distance(*place)).fold(0.0, f64::max);
     let one_place = pairs.iter().all(|pair| eye(pair).distance(eye(&pairs[0])) < 1e-4 * reach);
@@ -83,7 +83,7 @@ pub fn from_pairs(
 /// Returns the pair that all others contradict: left out, they fit with less than a third of the residual, and it is far
 /// off.
 fn doubtful(
-    pairs: &[Pair],
+    pairs: &[CornerPair],
     places: &[DVec3],
     cameras: &[(Pinhole, Pose)],
     residuals: &[f64],
@@ -94,7 +94,7 @@ fn doubtful(
     let usual = median(&mut residuals.to_vec())?.max(SOFT_PX);
     let without = |left_out: usize| {
         let rest = |i: &usize| *i != left_out;
-        let others: Vec<Pair> = (0..pairs.len()).filter(rest).map(|i| pairs[i]).collect();
+        let others: Vec<CornerPair> = (0..pairs.len()).filter(rest).map(|i| pairs[i]).collect();
         let there: Vec<DVec3> = (0..pairs.len()).filter(rest).map(|i| places[i]).collect();
         let fit = fit(&others, &there, cameras)?;
         let worst = others.iter().map(|pair| residual(pair, cameras, &fit)).fold(0.0, f64::max);
@@ -107,7 +107,7 @@ fn doubtful(
 }
 
 /// How far from its pixel a corner is seen.
-fn residual(pair: &Pair, cameras: &[(Pinhole, Pose)], pose: &Similarity) -> f64 {
+fn residual(pair: &CornerPair, cameras: &[(Pinhole, Pose)], pose: &Similarity) -> f64 {
     let (camera, at) = &cameras[pair.photo];
     let px = camera.image_from_camera(at.camera_from_world(pose.apply(pair.corner)));
     px.map_or(f64::INFINITY, |px| px.distance(pair.px))
@@ -115,7 +115,7 @@ fn residual(pair: &Pair, cameras: &[(Pinhole, Pose)], pose: &Similarity) -> f64 
 
 /// Guesses where in the world each pixel's corner is: at the median depth of the seven sparse points that the photo shows
 /// nearest to it.
-fn places(pairs: &[Pair], cameras: &[(Pinhole, Pose)], points: &[SparsePoint]) -> Vec<DVec3> {
+fn places(pairs: &[CornerPair], cameras: &[(Pinhole, Pose)], points: &[SparsePoint]) -> Vec<DVec3> {
     let mut shown: BTreeMap<usize, Vec<(DVec2, f64)>> = BTreeMap::new();
     for photo in pairs.iter().map(|pair| pair.photo) {
         shown.entry(photo).or_insert_with(|| {
@@ -133,7 +133,7 @@ fn places(pairs: &[Pair], cameras: &[(Pinhole, Pose)], points: &[SparsePoint]) -
     let middle = eyes.iter().sum::<DVec3>() / eyes.len().max(1) as f64;
     let mut apart: Vec<f64> = eyes.iter().map(|eye| eye.distance(middle)).collect();
     let usual = upper_median(&mut apart).filter(|apart| *apart > 0.0).unwrap_or(1.0) * 2.0;
-    let place = |pair: &Pair| {
+    let place = |pair: &CornerPair| {
         let (camera, pose) = &cameras[pair.photo];
         let mut near = shown[&pair.photo].clone();
         near.sort_by(|a, b| a.0.distance(pair.px).total_cmp(&b.0.distance(pair.px)));
@@ -147,7 +147,7 @@ fn places(pairs: &[Pair], cameras: &[(Pinhole, Pose)], points: &[SparsePoint]) -
 /// The most triples of pairs from which the fit is started, besides all pairs together.
 const TRIPLES: usize = 60;
 
-fn fit(pairs: &[Pair], places: &[DVec3], cameras: &[(Pinhole, Pose)]) -> Option<Similarity> {
+fn fit(pairs: &[CornerPair], places: &[DVec3], cameras: &[(Pinhole, Pose)]) -> Option<Similarity> {
     let middle = places.iter().sum::<DVec3>() / places.len() as f64;
     let size = places.iter().map(|place| place.distance(middle)).fold(0.0, f64::max);
     let guess: Vec<(DVec3, DVec3)> =
@@ -164,13 +164,13 @@ fn fit(pairs: &[Pair], places: &[DVec3], cameras: &[(Pinhole, Pose)]) -> Option<
 }
 
 /// The soft sum of residuals.
-fn cost(pairs: &[Pair], cameras: &[(Pinhole, Pose)], pose: &Similarity) -> f64 {
+fn cost(pairs: &[CornerPair], cameras: &[(Pinhole, Pose)], pose: &Similarity) -> f64 {
     pairs.iter().map(|pair| (1.0 + (residual(pair, cameras, pose) / SOFT_PX).powi(2)).sqrt() - 1.0).sum()
 }
 
 /// Levenberg and Marquardt's method on the seven unknowns, with derivatives by differences.
 fn least_squares(
-    pairs: &[Pair],
+    pairs: &[CornerPair],
     cameras: &[(Pinhole, Pose)],
     start: Similarity,
     middle: DVec3,
@@ -179,7 +179,7 @@ fn least_squares(
     // About the middle of the places, in units of their extent, all unknowns are of one size.
     let frame = Similarity { scale: size, translation: middle, ..Similarity::IDENTITY };
     let moved = |pose: &Similarity, by: [f64; 7]| frame.compose(&moved(&frame.inverse().compose(pose), by));
-    let px = |pair: &Pair, pose: &Similarity| {
+    let px = |pair: &CornerPair, pose: &Similarity| {
         let (camera, at) = &cameras[pair.photo];
         camera.image_from_camera(at.camera_from_world(pose.apply(pair.corner)))
     };

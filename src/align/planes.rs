@@ -7,7 +7,7 @@ use quadratura_base::raster::robust::quantile;
 use quadratura_base::scene::synthetic::Rng;
 
 use super::linear::eigen;
-use super::points::Sight;
+use super::points::ObservedPoint;
 
 /// A plane of the points.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +30,7 @@ const SEEDS: usize = 1500;
 const JUDGES: usize = 1500;
 
 /// Finds the planes, that with most points first, and tells each point which one it lies on.
-pub fn planes(sights: &mut [Sight]) -> Vec<PointPlane> {
+pub fn planes(sights: &mut [ObservedPoint]) -> Vec<PointPlane> {
     let least = (0.002 * sights.len() as f64).max(12.0) as usize;
     let mut rest = along_a_curve(sights);
     let mut rng = Rng::new(41);
@@ -56,12 +56,12 @@ pub fn planes(sights: &mut [Sight]) -> Vec<PointPlane> {
     planes
 }
 
-fn is_on(sight: &Sight, normal: DVec3, point: DVec3) -> bool {
+fn is_on(sight: &ObservedPoint, normal: DVec3, point: DVec3) -> bool {
     (sight.point - point).dot(normal).abs() < ON_PLANE * sight.depth
 }
 
 /// Describes a plane by its members.
-fn plane(sights: &[Sight], normal: DVec3, members: Vec<u32>) -> PointPlane {
+fn plane(sights: &[ObservedPoint], normal: DVec3, members: Vec<u32>) -> PointPlane {
     let count = members.len() as f64;
     let of = |i: &u32| &sights[*i as usize];
     let point = members.iter().map(|i| of(i).point).sum::<DVec3>() / count;
@@ -72,9 +72,9 @@ fn plane(sights: &[Sight], normal: DVec3, members: Vec<u32>) -> PointPlane {
 }
 
 /// Returns the plane through three points on which most of the judges lie.
-fn best_seed(sights: &[Sight], rest: &[u32], rng: &mut Rng) -> Option<(DVec3, DVec3)> {
+fn best_seed(sights: &[ObservedPoint], rest: &[u32], rng: &mut Rng) -> Option<(DVec3, DVec3)> {
     let step = rest.len().div_ceil(JUDGES).max(1);
-    let judges: Vec<&Sight> = rest.iter().step_by(step).map(|i| &sights[*i as usize]).collect();
+    let judges: Vec<&ObservedPoint> = rest.iter().step_by(step).map(|i| &sights[*i as usize]).collect();
     let last = rest.len() as u32 - 1;
     let mut best = (0, None);
     for seed in 0..SEEDS {
@@ -99,10 +99,10 @@ fn best_seed(sights: &[Sight], rest: &[u32], rng: &mut Rng) -> Option<(DVec3, DV
 }
 
 /// Fits a plane to the points that lie on it, each by the inverse of its tolerance.
-fn fitted(sights: &[Sight], rest: &[u32], plane: Option<(DVec3, DVec3)>) -> Option<(DVec3, DVec3)> {
+fn fitted(sights: &[ObservedPoint], rest: &[u32], plane: Option<(DVec3, DVec3)>) -> Option<(DVec3, DVec3)> {
     let (normal, point) = plane?;
     let on = || rest.iter().map(|i| &sights[*i as usize]).filter(|sight| is_on(sight, normal, point));
-    let weight = |sight: &Sight| sight.depth.powi(-2);
+    let weight = |sight: &ObservedPoint| sight.depth.powi(-2);
     let total: f64 = on().map(weight).sum();
     let middle = on().map(|sight| sight.point * weight(sight)).sum::<DVec3>() / total;
     let mut sums = [[0.0; 3]; 3];
@@ -118,7 +118,7 @@ fn fitted(sights: &[Sight], rest: &[u32], plane: Option<(DVec3, DVec3)>) -> Opti
 }
 
 /// Orders the points along a Z-order curve (Morton 1966) through the box that holds most of them.
-fn along_a_curve(sights: &[Sight]) -> Vec<u32> {
+fn along_a_curve(sights: &[ObservedPoint]) -> Vec<u32> {
     let bounds = |axis: usize| {
         let mut all: Vec<f64> = sights.iter().map(|sight| sight.point[axis]).collect();
         let low = quantile(&mut all, 0.02).unwrap_or(0.0);

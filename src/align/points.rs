@@ -14,7 +14,7 @@ use super::planes::{PointPlane, planes};
 
 /// A point and the camera nearest to it of those that see it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct ObservedPoint {
     /// The camera's centre.
     pub eye: DVec3,
     /// The point.
@@ -32,7 +32,7 @@ pub struct Points {
     /// The median distance of a point from its observer, in units of the cameras' world.
     pub unit: f64,
     /// The points.
-    pub sights: Vec<Sight>,
+    pub sights: Vec<ObservedPoint>,
     /// The planes, that with most points first.
     pub planes: Vec<PointPlane>,
     /// The direction across which the cameras' rows lie: up or down.
@@ -69,7 +69,7 @@ impl Points {
             .iter()
             .map(|(eye, point)| {
                 let (eye, point) = ((eye - origin) / unit, (point - origin) / unit);
-                Sight { eye, point, depth: eye.distance(point), plane: None }
+                ObservedPoint { eye, point, depth: eye.distance(point), plane: None }
             })
             .collect();
         let vertical = vertical(cameras.iter().map(|(_, pose)| pose));

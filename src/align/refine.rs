@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use quadratura_base::geometry::Similarity;
 
 use super::linear::{eigen, solve};
-use super::score::{Ray, agrees, cast};
-use super::surface::Surface;
+use super::score::{ObservedRay, agrees, cast};
+use super::surface::NormalisedModel;
 
 /// How firmly each unknown of a step is held: directions that no point holds (sliding along a wall, the scale of a
 /// wall) stay as they are. In units of the points' distance, and radians.
@@ -43,8 +43,8 @@ const FIXED: f64 = 1e30;
 
 /// Makes one step that lays faces on the points that they are near to. `None` where nothing agrees.
 fn step(
-    surface: &Surface,
-    rays: &[Ray],
+    surface: &NormalisedModel,
+    rays: &[ObservedRay],
     pose: &Similarity,
     tolerance: f64,
     free: Free,
@@ -66,7 +66,12 @@ type Equations = ([[f64; 7]; 7], [f64; 7]);
 
 /// Returns the normal equations of the distances between points and faces that agree, in units of the tolerance, and the
 /// number of these points.
-fn normal_equations(surface: &Surface, rays: &[Ray], pose: &Similarity, tolerance: f64) -> (Equations, u32) {
+fn normal_equations(
+    surface: &NormalisedModel,
+    rays: &[ObservedRay],
+    pose: &Similarity,
+    tolerance: f64,
+) -> (Equations, u32) {
     let hits = cast(surface, rays, pose, 1.0 + tolerance);
     let (mut matrix, mut right, mut count) = ([[0.0; 7]; 7], [0.0; 7], 0);
     for (ray, hit) in rays.iter().zip(hits) {
@@ -91,8 +96,8 @@ fn normal_equations(surface: &Surface, rays: &[Ray], pose: &Similarity, toleranc
 
 /// Makes several steps with a tolerance that shrinks from the first to the last.
 pub fn refined(
-    surface: &Surface,
-    rays: &[Ray],
+    surface: &NormalisedModel,
+    rays: &[ObservedRay],
     start: &Similarity,
     steps: usize,
     [from, to]: [f64; 2],
@@ -110,7 +115,7 @@ pub fn refined(
 /// Fits a pose as exactly as the points allow: a pattern search along directions that the points hold apart, each with a
 /// step as large as they allow in it, halved four times. Along a wall and in its size, only faces that lie before or
 /// behind others hold a pose; there are no derivatives of that, but a value.
-pub fn polished(surface: &Surface, rays: &[Ray], start: &Similarity) -> Similarity {
+pub fn polished(surface: &NormalisedModel, rays: &[ObservedRay], start: &Similarity) -> Similarity {
     let (mut best, mut pose) = (exactness(surface, rays, start), *start);
     let mut part = 1.0;
     for _ in 0..=HALVINGS {
@@ -155,8 +160,8 @@ const MOST_PER_REGION: f64 = 0.2;
 const BLOCKED: f64 = 0.5;
 
 /// How exactly points lie on faces, by their distance across the face, so that slanted faces count as others do.
-fn exactness(surface: &Surface, rays: &[Ray], pose: &Similarity) -> f64 {
-    let of = |rays: &[Ray]| {
+fn exactness(surface: &NormalisedModel, rays: &[ObservedRay], pose: &Similarity) -> f64 {
+    let of = |rays: &[ObservedRay]| {
         let hits = cast(surface, rays, pose, 1.0 + 1.5 * FINE[1]);
         let (mut regions, mut blocked) = (vec![0.0; surface.region_count], 0.0);
         for (ray, hit) in rays.iter().zip(hits) {

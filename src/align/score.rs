@@ -6,7 +6,7 @@ use glam::DVec3;
 use quadratura_base::geometry::Similarity;
 
 use super::points::Points;
-use super::surface::Surface;
+use super::surface::NormalisedModel;
 
 /// No region counts for more than this share of the points. Without the limit, a big face enlarged many times wins
 /// wherever the model lacks the wall on which most points lie.
@@ -23,7 +23,7 @@ const SAME_WAY: f64 = 0.86;
 
 /// A ray from an observer to a point, in normalised coordinates of the points.
 #[derive(Debug, Clone, Copy)]
-pub struct Ray {
+pub struct ObservedRay {
     pub eye: DVec3,
     pub point: DVec3,
     /// The normal of the plane that the point lies on.
@@ -31,11 +31,11 @@ pub struct Ray {
 }
 
 /// The rays to a sample of the points.
-pub fn rays(points: &Points, sample: &[u32]) -> Vec<Ray> {
+pub fn rays(points: &Points, sample: &[u32]) -> Vec<ObservedRay> {
     let ray = |i: &u32| {
         let sight = &points.sights[*i as usize];
         let normal = sight.plane.map(|plane| points.planes[plane as usize].normal);
-        Ray { eye: sight.eye, point: sight.point, normal }
+        ObservedRay { eye: sight.eye, point: sight.point, normal }
     };
     sample.iter().map(ray).collect()
 }
@@ -45,9 +45,9 @@ pub type Hit = Option<(f64, u32)>;
 
 /// Casts the rays against the model at a pose, which takes normalised model coordinates to those of the points. Hits
 /// beyond `reach` times the point's distance are left out.
-pub fn cast(surface: &Surface, rays: &[Ray], pose: &Similarity, reach: f64) -> Vec<Hit> {
+pub fn cast(surface: &NormalisedModel, rays: &[ObservedRay], pose: &Similarity, reach: f64) -> Vec<Hit> {
     let back = pose.inverse();
-    let hit = |ray: &Ray| {
+    let hit = |ray: &ObservedRay| {
         let eye = back.apply(ray.eye);
         surface.tree.first_hit(eye, back.apply(ray.point) - eye, reach)
     };
@@ -57,8 +57,8 @@ pub fn cast(surface: &Surface, rays: &[Ray], pose: &Similarity, reach: f64) -> V
 /// Returns whether a hit lies on the point, within a share `tolerance` of its distance, on a face that runs the way the
 /// points do.
 pub fn agrees(
-    surface: &Surface,
-    ray: &Ray,
+    surface: &NormalisedModel,
+    ray: &ObservedRay,
     pose: &Similarity,
     (q, triangle): (f64, u32),
     tolerance: f64,
@@ -78,7 +78,13 @@ pub struct Worth {
 }
 
 /// Judges hits.
-pub fn judge(surface: &Surface, rays: &[Ray], hits: &[Hit], pose: &Similarity, tolerance: f64) -> Worth {
+pub fn judge(
+    surface: &NormalisedModel,
+    rays: &[ObservedRay],
+    hits: &[Hit],
+    pose: &Similarity,
+    tolerance: f64,
+) -> Worth {
     let mut regions = vec![0.0; surface.region_count];
     let (mut plain, mut blocked) = (0.0, 0.0);
     let share = 1.0 / rays.len().max(1) as f64;
@@ -97,7 +103,7 @@ pub fn judge(surface: &Surface, rays: &[Ray], hits: &[Hit], pose: &Similarity, t
 }
 
 /// Casts and judges in one.
-pub fn score(surface: &Surface, rays: &[Ray], pose: &Similarity, tolerance: f64) -> Worth {
+pub fn score(surface: &NormalisedModel, rays: &[ObservedRay], pose: &Similarity, tolerance: f64) -> Worth {
     let hits = cast(surface, rays, pose, 1.0 + 1.5 * tolerance);
     judge(surface, rays, &hits, pose, tolerance)
 }

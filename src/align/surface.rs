@@ -10,7 +10,7 @@ use quadratura_base::geometry::triangle::{Triangle, area_vector};
 use quadratura_base::scene::{FaceId, Model};
 
 /// A model in normalised coordinates: `model = origin + radius * normalised`.
-pub struct Surface {
+pub struct NormalisedModel {
     /// The middle of the model, in its own coordinates.
     pub origin: DVec3,
     /// The median distance of its area from the middle, in its own unit.
@@ -59,7 +59,7 @@ const PLANES: usize = 14;
 const GATHERED: usize = 20_000;
 const PLANES_HELD: usize = 4000;
 
-impl Surface {
+impl NormalisedModel {
     /// Reads the faces of a model that are part of the site; `None` where they have no area at all.
     pub fn new(model: &Model) -> Option<Self> {
         let elsewhere = |face: FaceId| {
@@ -88,7 +88,7 @@ impl Surface {
     }
 }
 
-impl Surface {
+impl NormalisedModel {
     /// Whether most of the model's area lies on the model again after a transform of normalised coordinates.
     pub fn repeats(&self, by: &Similarity) -> bool {
         const LOOKED_AT: usize = 200;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, dvec3};
 
-use super::pairs::{Pair, Unpaired, from_pairs};
+use super::pairs::{CornerPair, Unpaired, from_pairs};
 use super::*;
 use quadratura_base::geometry::bvh::Bvh;
 use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
@@ -88,13 +88,13 @@ fn in_file(site: &Invented, right: &Similarity) -> Model {
     site.model.transformed(&right.inverse())
 }
 
-fn searched(site: &Invented, model: &Model) -> (Answer, Vec<Candidate>) {
+fn searched(site: &Invented, model: &Model) -> (AlignmentAnswer, Vec<AlignmentCandidate>) {
     let aligner = Aligner::new(model, &site.cameras, &site.points).unwrap_or_else(|why| panic!("{why:?}"));
     aligner.search(&Task::silent()).unwrap()
 }
 
 /// How far corners of the yard are from where they belong, in the world's unit.
-fn off(found: &Candidate, right: &Similarity) -> f64 {
+fn off(found: &AlignmentCandidate, right: &Similarity) -> f64 {
     let corners = [dvec3(-8.0, 10.0, 5.0), dvec3(12.0, 10.0, 0.0), dvec3(7.0, 2.0, 2.0)];
     let off = |corner: DVec3| found.world_from_model.apply(right.inverse().apply(corner)).distance(corner);
     corners.into_iter().map(off).fold(0.0, f64::max)
@@ -106,7 +106,7 @@ fn a_model_that_was_turned_scaled_and_shifted_is_found_on_any_number_of_threads(
     for seed in [1, 2] {
         let right = turned(seed);
         let (answer, found) = searched(&yard, &in_file(&yard, &right));
-        assert_eq!(answer, Answer::Aligned, "{found:?}");
+        assert_eq!(answer, AlignmentAnswer::Aligned, "{found:?}");
         // Ten metres away, two pixels are 5 cm, and the noise is 1 cm.
         assert!(off(&found[0], &right) < 0.05, "seed {seed}: {}", off(&found[0], &right));
         if seed == 1 {
@@ -123,7 +123,7 @@ fn a_model_in_far_coordinates_and_points_without_observations_are_no_obstacle() 
     let right = Similarity { translation: dvec3(-500_000.0, -5_400_000.0, -80.0), ..turned(3) };
     yard.points.iter_mut().for_each(|point| point.observations.clear());
     let (answer, found) = searched(&yard, &in_file(&yard, &right));
-    assert_ne!(answer, Answer::Foreign);
+    assert_ne!(answer, AlignmentAnswer::Foreign);
     // The nearest camera that has a point in its picture may look at it through a wall.
     let best = found.iter().take(3).map(|found| off(found, &right)).fold(f64::INFINITY, f64::min);
     assert!(best < 0.1, "{best}");
@@ -134,7 +134,7 @@ fn a_square_court_has_several_candidates_and_one_of_them_is_right() {
     let square = square();
     let right = turned(4);
     let (answer, found) = searched(&square, &in_file(&square, &right));
-    assert_eq!(answer, Answer::Several, "{found:?}");
+    assert_eq!(answer, AlignmentAnswer::Several, "{found:?}");
     assert!(found.len() >= 2 && found[1].score > 0.8 * found[0].score, "{found:?}");
 }
 
@@ -142,7 +142,7 @@ fn a_square_court_has_several_candidates_and_one_of_them_is_right() {
 fn a_model_of_another_site_is_never_called_aligned() {
     let (yard, square) = (yard(), square());
     let (answer, found) = searched(&square, &in_file(&yard, &turned(5)));
-    assert_ne!(answer, Answer::Aligned, "{found:?}");
+    assert_ne!(answer, AlignmentAnswer::Aligned, "{found:?}");
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn parallel_faces_alone_are_not_called_aligned() {
         m.object(format!("{z}")).quad(DVec3::Z * z, DVec3::X * 8.0, DVec3::Y * 6.0);
     }
     let (answer, found) = searched(&yard, &m.finish());
-    assert_ne!(answer, Answer::Aligned, "{found:?}");
+    assert_ne!(answer, AlignmentAnswer::Aligned, "{found:?}");
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn a_search_stops_when_it_is_asked_to() {
 }
 
 /// Corners of the yard and the pixels that show them, in two photos, off by up to two pixels.
-fn pairs(yard: &Invented, right: &Similarity, count: usize) -> Vec<Pair> {
+fn pairs(yard: &Invented, right: &Similarity, count: usize) -> Vec<CornerPair> {
     let corners = [
         dvec3(-8.0, 10.0, 5.0),
         dvec3(12.0, 10.0, 0.0),
@@ -203,7 +203,7 @@ fn pairs(yard: &Invented, right: &Similarity, count: usize) -> Vec<Pair> {
         let (camera, pose) = &yard.cameras[photo];
         let px = camera.image_from_camera(pose.camera_from_world(*corner)).unwrap();
         let noise = DVec2::new(rng.between(-2.0, 2.0), rng.between(-2.0, 2.0));
-        Pair { corner: right.inverse().apply(*corner), photo, px: px + noise }
+        CornerPair { corner: right.inverse().apply(*corner), photo, px: px + noise }
     };
     corners.iter().take(count).enumerate().map(&mut pair).collect()
 }
@@ -212,7 +212,7 @@ fn pairs(yard: &Invented, right: &Similarity, count: usize) -> Vec<Pair> {
 fn five_pairs_in_two_photos_align_the_model_and_a_wrong_one_of_seven_is_told() {
     let (yard, right) = (yard(), turned(6));
     let fit = from_pairs(&pairs(&yard, &right, 5), &yard.cameras, &yard.points).unwrap();
-    let candidate = Candidate { world_from_model: fit.world_from_model, score: 0.0 };
+    let candidate = AlignmentCandidate { world_from_model: fit.world_from_model, score: 0.0 };
     // Fifteen metres away, ten pixels are 38 cm.
     assert!(off(&candidate, &right) < 0.4, "{}", off(&candidate, &right));
     assert!(fit.residuals_px.iter().all(|px| *px < 4.0), "{fit:?}");
@@ -226,9 +226,9 @@ fn five_pairs_in_two_photos_align_the_model_and_a_wrong_one_of_seven_is_told() {
 fn pairs_without_points_are_enough_and_pairs_of_one_photo_are_not() {
     let (yard, right) = (yard(), turned(7));
     let fit = from_pairs(&pairs(&yard, &right, 6), &yard.cameras, &[]).unwrap();
-    let candidate = Candidate { world_from_model: fit.world_from_model, score: 0.0 };
+    let candidate = AlignmentCandidate { world_from_model: fit.world_from_model, score: 0.0 };
     assert!(off(&candidate, &right) < 0.4, "{}", off(&candidate, &right));
-    let refused = |pairs: &[Pair]| from_pairs(pairs, &yard.cameras, &yard.points).unwrap_err();
+    let refused = |pairs: &[CornerPair]| from_pairs(pairs, &yard.cameras, &yard.points).unwrap_err();
     let mut one_photo = pairs(&yard, &right, 6);
     one_photo.retain(|pair| pair.photo == 0);
     assert_eq!(refused(&one_photo), Unpaired::OnePlace);

@@ -22,7 +22,7 @@ use eframe::egui::ViewportBuilder;
 
 use self::crash::Crash;
 use self::editor::Editor;
-use self::frame_times::{FrameReport, FrameTimes};
+use self::frame_times::{FrameTimes, FrameTimesReport};
 use self::shell::APP_ID;
 pub use self::shell::{editor, frame_times};
 pub use self::state::space::view_pixel;
@@ -38,7 +38,7 @@ use quadratura_base::error::{Error, Result};
 /// # Errors
 /// [`Error::Request`] when there is no display, no adapter that draws on it, or the display is lost;
 /// [`Error::Cancelled`] where the window was ended from outside.
-pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
+pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameTimesReport> {
     refuse_no_display()?;
     let times = FrameTimes::default();
     let frame_times = times.clone();

@@ -21,11 +21,11 @@ use quadratura_editing::watch::{WatchOptions, watch};
 use quadratura_foliage::PlacedTrees;
 use quadratura_import::cameras::accepted;
 use quadratura_io::documents::documents;
-use quadratura_io::layered::format::{extensions, file_names};
-use quadratura_io::layered::read_layered;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_readers::are_read;
 use quadratura_io::stack_store::StackStore;
+use quadratura_layered_files::format::{extensions, file_names};
+use quadratura_layered_files::read_layered;
 use quadratura_layers::device::{PlantedRenderer, SiteDevice};
 use quadratura_layers::{Options, SoftwareRasteriser};
 use quadratura_projection::agreement::Agreement;
@@ -49,7 +49,7 @@ use quadratura_views::score::{ScoreOptions, held_out, leave_one_out, score};
 /// A folder with two photos, their dummy cameras and a model.
 fn site() -> tempfile::TempDir {
     quadratura_import::cameras::plug_in(&cameras::Dummy);
-    quadratura_io::layered::format::plug_in(layered::FORMAT);
+    quadratura_layered_files::format::plug_in(layered::FORMAT);
     let root = tempfile::tempdir().unwrap();
     fs::create_dir(root.path().join("photos")).unwrap();
     for name in ["a.png", "b.png"] {

@@ -27,7 +27,7 @@ const TICK: Duration = Duration::from_secs(3);
 
 /// A file as it was hashed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-struct Known {
+struct HashedFile {
     bytes: u64,
     /// Nanoseconds since 1970.
     changed: u64,
@@ -35,21 +35,21 @@ struct Known {
 }
 
 /// What is known of the project that this program works on.
-struct Project {
+struct OpenProject {
     folder: PathBuf,
     /// By path relative to the project's folder.
-    known: Option<BTreeMap<PathBuf, Known>>,
-    new: BTreeMap<PathBuf, Known>,
+    known: Option<BTreeMap<PathBuf, HashedFile>>,
+    new: BTreeMap<PathBuf, HashedFile>,
     /// The file system's time before the first of the new ones was hashed.
     begun: Option<SystemTime>,
 }
 
-static PROJECT: Mutex<Option<Project>> = Mutex::new(None);
+static PROJECT: Mutex<Option<OpenProject>> = Mutex::new(None);
 
 /// Uses what is known of the files of the project in `folder`, until [`save`].
 pub fn begin(folder: &Path) {
     *project() =
-        Some(Project { folder: folder.to_path_buf(), known: None, new: BTreeMap::new(), begun: None });
+        Some(OpenProject { folder: folder.to_path_buf(), known: None, new: BTreeMap::new(), begun: None });
 }
 
 /// Saves what was learned. A failure only costs time, so it is not reported.
@@ -57,7 +57,7 @@ pub fn save() {
     let Some(ended) = project().take().filter(|ended| !ended.new.is_empty()) else { return };
     let file = ended.folder.join(FILE);
     // Others may have learned more meanwhile.
-    let mut all: BTreeMap<PathBuf, Known> = read_json(&file, LARGEST, "").unwrap_or_default();
+    let mut all: BTreeMap<PathBuf, HashedFile> = read_json(&file, LARGEST, "").unwrap_or_default();
     all.extend(ended.new);
     let _ = write_atomically(&file, &to_json(&all));
 }
@@ -82,7 +82,7 @@ pub fn hash_unchanged(path: &Path) -> Result<String> {
 }
 
 /// Returns what an earlier run knew of a file.
-fn known(path: &Path) -> Option<Known> {
+fn known(path: &Path) -> Option<HashedFile> {
     let mut project = project();
     let project = project.as_mut()?;
     let read = || read_json(&project.folder.join(FILE), LARGEST, "").unwrap_or_default();
@@ -111,7 +111,7 @@ fn learn(path: &Path, (bytes, changed): (u64, u64), begun: SystemTime, hash: &st
     let mut project = project();
     let Some(project) = project.as_mut().filter(|_| u128::from(changed) < begun.as_nanos()) else { return };
     if let Some(path) = relative(&project.folder, path) {
-        let known = Known { bytes, changed, blake3: hash.to_owned() };
+        let known = HashedFile { bytes, changed, blake3: hash.to_owned() };
         project.new.insert(path.to_path_buf(), known);
     }
 }
@@ -129,7 +129,7 @@ fn state(path: &Path) -> Option<(u64, u64)> {
     Some((metadata.len(), u64::try_from(changed.as_nanos()).ok()?))
 }
 
-fn project() -> MutexGuard<'static, Option<Project>> {
+fn project() -> MutexGuard<'static, Option<OpenProject>> {
     // What is known stays true after a panic elsewhere.
     PROJECT.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -141,7 +141,7 @@ pub struct Lease {
 
 /// What is known of a lease's file.
 #[derive(Debug)]
-enum Found {
+enum LeaseFile {
     Free,
     Held(Holder),
     /// The content, which nobody renews, and who wrote it.
@@ -182,9 +182,9 @@ impl Lease {
         }
         match found(file, times) {
             // It was given back just now: whoever asks again gets it.
-            Found::Free => Ok(Err(Holder::default())),
-            Found::Held(holder) => Ok(Err(holder)),
-            Found::Dead(content, holder) => match take_over(file, &content, &own, times)? {
+            LeaseFile::Free => Ok(Err(Holder::default())),
+            LeaseFile::Held(holder) => Ok(Err(holder)),
+            LeaseFile::Dead(content, holder) => match take_over(file, &content, &own, times)? {
                 true => Ok(Ok(Self::renewed(file, own.nonce, times, Some(holder)))),
                 false => Ok(Err(holder)),
             },
@@ -228,8 +228,8 @@ impl Lease {
     /// Returns who holds the lease `file`; `None` when nobody does, or who did has left it behind.
     pub fn holder(file: &Path) -> Option<Holder> {
         match found(file, LeaseTimes::default()) {
-            Found::Held(holder) => Some(holder),
-            Found::Free | Found::Dead(..) => None,
+            LeaseFile::Held(holder) => Some(holder),
+            LeaseFile::Free | LeaseFile::Dead(..) => None,
         }
     }
 
@@ -301,7 +301,7 @@ fn take_over(file: &Path, content: &[u8], own: &Holder, times: LeaseTimes) -> st
     match OpenOptions::new().write(true).create_new(true).open(&claim) {
         Ok(mut new) => new.write_all(&own.to_line())?,
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            if let Found::Dead(..) = found(&claim, times) {
+            if let LeaseFile::Dead(..) = found(&claim, times) {
                 let _ = fs::remove_file(&claim);
             }
             return Ok(false);
@@ -323,28 +323,28 @@ fn beside(file: &Path, end: &str) -> PathBuf {
 /// What this program saw of leases, and when it saw it first.
 static SEEN: Mutex<BTreeMap<PathBuf, (Vec<u8>, Instant)>> = Mutex::new(BTreeMap::new());
 
-fn found(file: &Path, times: LeaseTimes) -> Found {
+fn found(file: &Path, times: LeaseTimes) -> LeaseFile {
     // The entries are independent of each other, so they are valid after a panic elsewhere.
     let mut seen = SEEN.lock().unwrap_or_else(PoisonError::into_inner);
     let Ok(content) = read(file) else {
         seen.remove(file);
-        return Found::Free;
+        return LeaseFile::Free;
     };
     let holder = parsed(&content);
     // A file that names nobody is being written, or was left behind while it was. Others are none of this program's.
     let is_foreign = holder.is_none() && !content.is_empty();
     let holder = holder.unwrap_or_default();
     if is_foreign || holder.has_ended() {
-        return Found::Dead(content, holder);
+        return LeaseFile::Dead(content, holder);
     }
     match seen.get(file) {
         Some((before, since)) if *before == content => match since.elapsed() >= times.dead {
-            true if !holder.is_known_to_live() => Found::Dead(content, holder),
-            _ => Found::Held(holder),
+            true if !holder.is_known_to_live() => LeaseFile::Dead(content, holder),
+            _ => LeaseFile::Held(holder),
         },
         _ => {
             seen.insert(file.to_path_buf(), (content, Instant::now()));
-            Found::Held(holder)
+            LeaseFile::Held(holder)
         }
     }
 }

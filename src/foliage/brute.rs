@@ -8,7 +8,7 @@ use super::drawer::FragmentCanvas;
 use super::facet::Facet;
 use super::plant::Plant;
 use super::raster::Fragment;
-use super::shade::{LitSurface, OutdoorLight, Reach, shade};
+use super::shade::{LightReach, LitSurface, OutdoorLight, shade};
 use super::shades::{Shades, ViewShades};
 use super::view::View;
 use quadratura_base::error::Result;
@@ -153,8 +153,9 @@ impl<'a, const N: usize> Lit<'a, N> {
         let normal = (self.light_from_view * facet.normal).normalize_or_zero();
         let surface = LitSurface { normal, reflected: facet.reflected, through: facet.through };
         let facing = normal.dot(first.towards_sun);
-        let reach =
-            self.shades.map_or(Reach::ALL, |shades| shades.reach(fragment, visible, facet.normal, facing));
+        let reach = self
+            .shades
+            .map_or(LightReach::ALL, |shades| shades.reach(fragment, visible, facet.normal, facing));
         self.lights.map(|light| shade(&surface, &light, &reach))
     }
 }

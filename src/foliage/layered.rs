@@ -14,7 +14,7 @@ use super::place::Instance;
 use super::plant::Plant;
 use super::raster::Fragment;
 use super::reproject::{TargetRows, reproject};
-use super::shade::{LitSurface, OutdoorLight, Reach, Spread, shade_leaves};
+use super::shade::{LightReach, LitSurface, OutdoorLight, Spread, shade_leaves};
 use super::view::{Projection, View};
 use super::walk::{Drawn, Part, WalkOptions, walk};
 use quadratura_base::error::Result;
@@ -155,7 +155,7 @@ fn resolved(layers: &[Layer], light_from_view: &Mat3, towards: DVec3, light: &Ou
             let through = layer.is_leaf().then(|| layer.through());
             let surface = LitSurface { normal, reflected: layer.reflected(), through };
             let spread = Spread { length: layer.length(), towards_viewer: towards, from_image };
-            let light = shade_leaves(&surface, &spread, light, &Reach::ALL);
+            let light = shade_leaves(&surface, &spread, light, &LightReach::ALL);
             sum += seen.count_ones() as f32 * light;
         }
     }

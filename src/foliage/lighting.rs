@@ -8,7 +8,7 @@ use super::flake::FlakeBuffer;
 use super::images::MBuffer;
 use super::listed::rgba_of_light;
 use super::raster::Fragment;
-use super::shade::{LitSurface, OutdoorLight, Reach, Spread, shade_leaves};
+use super::shade::{LightReach, LitSurface, OutdoorLight, Spread, shade_leaves};
 use super::view::View;
 use quadratura_base::error::{Error, Result};
 
@@ -59,7 +59,7 @@ impl SeenSurface {
     /// Returns the light that comes from it.
     #[inline]
     pub fn lit(&self, light: &OutdoorLight) -> Vec3 {
-        self.gain * shade_leaves(&self.surface, &self.spread, light, &Reach::ALL)
+        self.gain * shade_leaves(&self.surface, &self.spread, light, &LightReach::ALL)
     }
 }
 

@@ -114,7 +114,7 @@ pub use placed::{PlacedSpecies, PlacedTrees, Placing, Tree};
 pub use plant::{Counts, MOST_CORNERS, MOST_LEVELS, MOST_USES, Plant, SubObject, Use};
 pub use primitive::{Corner, CurvePoint, Limb, Material, Primitive, Shape, TriangleList};
 pub use ratio::{MOST_RATIOS, RATIO_CELLS, RatioImage, RatioInView, RatiosInView};
-pub use shade::{LitSurface, OutdoorLight, Reach, shade};
+pub use shade::{LightReach, LitSurface, OutdoorLight, shade};
 pub use shades::{Shades, SunShade};
 pub use shadow::{Caster, Shadow};
 pub use similarity::{PictureSimilarity, similarity};

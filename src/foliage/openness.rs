@@ -37,7 +37,7 @@ pub struct Openness {
 }
 
 /// A view of the plant from a direction and its opposite.
-struct Pair {
+struct OppositeViews {
     /// The indices of the direction and its opposite.
     indices: [usize; 2],
     /// Towards the first viewer, of length 1.
@@ -58,9 +58,9 @@ impl Openness {
             let direction = towards_viewer(indices[0]);
             let square = Square::around(&plant.whole().bounds.ball, direction, SIDE_PX);
             let depths = square.depths(plant, &DAffine3::IDENTITY, task)?;
-            Ok(Pair { indices, direction, weight, square, depths })
+            Ok(OppositeViews { indices, direction, weight, square, depths })
         });
-        let pairs: Vec<Pair> = pairs.collect::<Result<_>>()?;
+        let pairs: Vec<OppositeViews> = pairs.collect::<Result<_>>()?;
         let (low, cell, size) = grid(&plant.whole().bounds.space);
         let [columns, rows, slices] = size;
         let places: Vec<[u32; 3]> = (0..slices)
@@ -188,7 +188,7 @@ fn grid(space: &BoundingBox) -> (DVec3, f64, [u32; 3]) {
 }
 
 /// Returns the value of a cell: the mean over points in it.
-fn in_cell(pairs: &[Pair], low: DVec3, cell: f64, place: [u32; 3]) -> ([i8; 4], [u8; DIRECTIONS]) {
+fn in_cell(pairs: &[OppositeViews], low: DVec3, cell: f64, place: [u32; 3]) -> ([i8; 4], [u8; DIRECTIONS]) {
     const POINTS: usize = 8;
     let (mut mean, mut vector, mut open) = (0.0, DVec3::ZERO, [0.0; DIRECTIONS]);
     for corner in 0..POINTS {
@@ -209,7 +209,7 @@ fn in_cell(pairs: &[Pair], low: DVec3, cell: f64, place: [u32; 3]) -> ([i8; 4], 
     ([byte(mean), byte(x.into()), byte(y.into()), byte(z.into())], open)
 }
 
-impl Pair {
+impl OppositeViews {
     /// Returns the shares of the sub-pixels at a point in which nothing is before it by more than `bias`, towards the first
     /// viewer and towards the second.
     fn open(&self, point: DVec3, bias: f64) -> [f64; 2] {

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::openness::Openness;
 use super::raster::Fragment;
-use super::shade::Reach;
+use super::shade::LightReach;
 use super::shadow::Shadow;
 use super::sunlit::Sunlit;
 use super::view::{Projection, View, normal_map};
@@ -86,12 +86,12 @@ impl<'a> ViewShades<'a> {
 
     /// Returns what reaches a fragment in the middle of its sub-pixels in `mask`; its normal has length 1 in the view's frame, and
     /// `facing` is the cosine of its angle to the direction to the sun.
-    pub fn reach(&self, fragment: &Fragment, mask: u16, normal: DVec3, facing: f64) -> Reach {
+    pub fn reach(&self, fragment: &Fragment, mask: u16, normal: DVec3, facing: f64) -> LightReach {
         let (px, nearness) = fragment.middle_of(mask);
         let point = self.projection.view_from_image(px, nearness);
         let in_plant = self.plant_from_view.transform_point3(point);
         let normal = (self.plant_from_normal * normal).normalize_or_zero();
-        Reach {
+        LightReach {
             sun: match self.sun {
                 ViewSun::Shadow { shadow, sun_from_view } => {
                     shadow.lit(sun_from_view.transform_point3(point), facing)

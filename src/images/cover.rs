@@ -21,7 +21,7 @@ const MOST_LAYERS: usize = u8::MAX as usize;
 
 /// A depth pixel that was found, with the number of its plane, or [`super::figures::UNKNOWN_PLANE`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct FoundPixel {
     pub column: u16,
     pub origin: DepthPixelOrigin,
     pub inverse_depth: f32,
@@ -91,7 +91,7 @@ struct SurfaceTexel {
 
 impl Cover {
     /// Returns the depth pixels of a row, by column, in a column nearest first.
-    pub fn row(&self, y: u32) -> (Vec<Found>, SampleCounts) {
+    pub fn row(&self, y: u32) -> (Vec<FoundPixel>, SampleCounts) {
         let mut samples = Vec::new();
         for (surfaces, texels) in &self.layers {
             if (texels.rect.y..texels.rect.bottom()).contains(&(y as i32)) {
@@ -192,7 +192,7 @@ impl Cover {
     }
 
     /// Makes the depth pixels of one position of its samples, which are sorted by falling inverse depth.
-    fn find(&self, samples: &[SurfaceTexel], y: u32, found: &mut Vec<Found>, counts: &mut SampleCounts) {
+    fn find(&self, samples: &[SurfaceTexel], y: u32, found: &mut Vec<FoundPixel>, counts: &mut SampleCounts) {
         let level = |first: &SurfaceTexel, other: &SurfaceTexel| {
             !is_behind(other.inverse_depth, first.inverse_depth, self.tolerance)
         };
@@ -229,7 +229,7 @@ impl Cover {
             let moved = self.relief.as_ref().map_or_else(flat, |on| on.moved(face, place, inverse_depth));
             // The order is the model's: relief does not move a surface in front of a nearer one.
             nearer = moved.min(nearer.next_down()).max(0.0);
-            found.push(Found {
+            found.push(FoundPixel {
                 column,
                 origin: texel.origin,
                 inverse_depth: nearer,

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::cover::Found;
+use super::cover::FoundPixel;
 use super::planes::SurfacePlane;
 use quadratura_ldi::finish::Row;
 use quadratura_ldi::layout::MOST_SURFACES;
@@ -22,7 +22,7 @@ pub struct Named {
 }
 
 /// Numbers the surfaces of the planes that have depth pixels. Where there are too many, those with the fewest are unknown.
-pub fn named(planes: &[SurfacePlane], rows: Vec<Vec<Found>>) -> Named {
+pub fn named(planes: &[SurfacePlane], rows: Vec<Vec<FoundPixel>>) -> Named {
     let mut pixels = vec![0u64; planes.len()];
     let named = rows.iter().flatten().filter(|found| found.plane != UNKNOWN_PLANE);
     named.for_each(|found| pixels[found.plane as usize] += 1);
@@ -36,7 +36,7 @@ pub fn named(planes: &[SurfacePlane], rows: Vec<Vec<Found>>) -> Named {
     let mut numbers = vec![0; planes.len()];
     used.iter().zip(1..).for_each(|(&plane, number)| numbers[plane] = number);
     let surfaces = used.iter().map(|&plane| planes[plane].surface()).collect();
-    let pixel = |found: Found| {
+    let pixel = |found: FoundPixel| {
         let pixel = DepthPixel {
             inverse_depth: found.inverse_depth,
             colour: found.colour,

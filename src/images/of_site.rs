@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::cover::{Found, OnRelief};
+use super::cover::{FoundPixel, OnRelief};
 use super::figures::named;
 use super::options::{SiteLdiOptions, StackLdiOptions};
 use super::planes::SurfacePlane;
@@ -126,7 +126,7 @@ struct PeeledPixels {
     most: usize,
     own_rect: Option<PixelRect>,
     /// The depth pixels of each row, layer after layer.
-    rows: Vec<Vec<Found>>,
+    rows: Vec<Vec<FoundPixel>>,
     /// What is nearest at each pixel.
     nearest: Vec<FrontFace>,
     counts: SampleCounts,
@@ -217,7 +217,7 @@ impl PeeledPixels {
                 let Some(of_part) = &planes[plane as usize] else { continue };
                 let Some(flat) = of_part.at(place[0], place[1]) else { continue };
                 let inverse_depth = relief.as_ref().map_or(flat, |on| on.moved(of_part.id, place, flat));
-                row.push(Found { column: x as u16, origin, inverse_depth, colour: *colour, plane });
+                row.push(FoundPixel { column: x as u16, origin, inverse_depth, colour: *colour, plane });
             }
             counts
         });
@@ -243,7 +243,7 @@ impl PeeledPixels {
             let Some(inverse_depth) = inverse_depth else { continue };
             counts.samples += 1;
             let origin = DepthPixelOrigin::OtherPhotos;
-            rows[y].push(Found { column: x as u16, origin, inverse_depth, colour: *colour, plane });
+            rows[y].push(FoundPixel { column: x as u16, origin, inverse_depth, colour: *colour, plane });
         }
     }
 
@@ -260,7 +260,7 @@ impl PeeledPixels {
                 let own = self.nearest[i] == FrontFace::Nothing
                     && self.own_rect.is_some_and(|rect| rect.contains(x as i32, y as i32));
                 let origin = if own { DepthPixelOrigin::Photo } else { DepthPixelOrigin::OtherPhotos };
-                self.rows[y].push(Found {
+                self.rows[y].push(FoundPixel {
                     column: x as u16,
                     origin,
                     inverse_depth: 0.0,
@@ -272,12 +272,12 @@ impl PeeledPixels {
     }
 
     /// Returns the depth pixels of each row in the order of the layout, the planes that they name, and what was counted.
-    fn finish(self) -> (Vec<Vec<Found>>, Vec<SurfacePlane>, SampleCounts) {
+    fn finish(self) -> (Vec<Vec<FoundPixel>>, Vec<SurfacePlane>, SampleCounts) {
         let Self { rows, planes, mut counts, most, first_skirt, .. } = self;
         // Planes that the camera does not see have no depth pixels.
         let planes: Vec<SurfacePlane> =
             planes.into_iter().map(|plane| plane.unwrap_or_else(SurfacePlane::of_surroundings)).collect();
-        let ordered: Vec<(Vec<Found>, u64)> =
+        let ordered: Vec<(Vec<FoundPixel>, u64)> =
             rows.into_par_iter().map(|row| ordered(row, most, first_skirt)).collect();
         counts.dropped += ordered.iter().map(|(_, dropped)| dropped).sum::<u64>();
         (ordered.into_iter().map(|(row, _)| row).collect(), planes, counts)
@@ -287,7 +287,7 @@ impl PeeledPixels {
 /// Sorts the depth pixels of a row, which come layer after layer, by column, and keeps `most` layers of the model at each
 /// position: the nearest ones and the farthest one. Returns how many were dropped, too. Parts from `first_skirt` on may be before
 /// others that came earlier.
-fn ordered(mut row: Vec<Found>, most: usize, first_skirt: u32) -> (Vec<Found>, u64) {
+fn ordered(mut row: Vec<FoundPixel>, most: usize, first_skirt: u32) -> (Vec<FoundPixel>, u64) {
     row.sort_by_key(|found| found.column);
     for pixel in row.chunk_by_mut(|a, b| a.column == b.column) {
         if pixel.iter().any(|found| found.plane >= first_skirt && found.inverse_depth > 0.0) {
@@ -306,7 +306,7 @@ fn ordered(mut row: Vec<Found>, most: usize, first_skirt: u32) -> (Vec<Found>, u
             }
             // The order is the model's: relief does not move a surface in front of a nearer one.
             nearer = found.inverse_depth.min(nearer.next_down()).max(0.0);
-            kept.push(Found { inverse_depth: nearer, ..*found });
+            kept.push(FoundPixel { inverse_depth: nearer, ..*found });
         }
     }
     (kept, dropped)
@@ -385,12 +385,12 @@ impl LdiSite<'_> {
 mod tests {
     use super::*;
 
-    fn found(column: u16, inverse_depth: f32, plane: u32) -> Found {
+    fn found(column: u16, inverse_depth: f32, plane: u32) -> FoundPixel {
         let (origin, colour) = (DepthPixelOrigin::OtherPhotos, [plane as u8, 0, 0, 255]);
-        Found { column, origin, inverse_depth, colour, plane }
+        FoundPixel { column, origin, inverse_depth, colour, plane }
     }
 
-    fn planes(row: &[Found]) -> Vec<(u16, u32)> {
+    fn planes(row: &[FoundPixel]) -> Vec<(u16, u32)> {
         row.iter().map(|found| (found.column, found.plane)).collect()
     }
 
@@ -419,7 +419,7 @@ mod tests {
     #[test]
     fn beyond_the_largest_number_the_nearest_layers_and_the_farthest_one_stay_and_the_surroundings() {
         let layers = (0..5u16).map(|k| found(0, 1.0 / f32::from(k + 1), u32::from(k)));
-        let layers: Vec<Found> = layers.chain([found(0, 0.0, 9)]).collect();
+        let layers: Vec<FoundPixel> = layers.chain([found(0, 0.0, 9)]).collect();
         let kept = |most: usize| {
             let (row, dropped) = ordered(layers.clone(), most, u32::MAX);
             (row.iter().map(|found| found.plane).collect::<Vec<_>>(), dropped)

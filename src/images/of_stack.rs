@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::cover::{Cover, Found, LeftoverPixels, OnRelief};
+use super::cover::{Cover, FoundPixel, LeftoverPixels, OnRelief};
 use super::covered_planes::CoveredPlanes;
 use super::figures::named;
 use super::options::StackLdiOptions;
@@ -142,9 +142,9 @@ fn leftovers(
 }
 
 /// Walks over all rows.
-fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<Found>>, SampleCounts)> {
+fn rows(cover: &Cover, camera: &Pinhole, task: &Task) -> Result<(Vec<Vec<FoundPixel>>, SampleCounts)> {
     let row = |y: u32| task.check_cancelled().map(|()| cover.row(y));
-    let rows: Vec<(Vec<Found>, SampleCounts)> =
+    let rows: Vec<(Vec<FoundPixel>, SampleCounts)> =
         (0..camera.height).into_par_iter().map(row).collect::<Result<_>>()?;
     let mut counts = SampleCounts::default();
     rows.iter().for_each(|(_, of_row)| counts += *of_row);

@@ -180,7 +180,7 @@ impl Writing {
 }
 
 /// A camera that an image of the set may have.
-struct Candidate {
+struct CameraCandidate {
     camera: Pinhole,
     pose: Pose,
 }
@@ -196,7 +196,7 @@ fn choose(site: &Site, candidates: &[PhotoId], request: &SetRequest) -> Result<(
     let visibility = RayVisibility::new(model, &photos);
     let points = spread_points(&photos, candidates, &visibility, &ExposureOptions::default());
     let cameras = candidates.iter().map(|photo| candidate(site.photo(*photo), &request.from));
-    let cameras: Vec<Candidate> = cameras.collect::<Result<_>>()?;
+    let cameras: Vec<CameraCandidate> = cameras.collect::<Result<_>>()?;
     let surface = ModelSurface::from_model(model);
     let resolutions: Vec<Vec<f64>> = points
         .par_iter()
@@ -224,7 +224,7 @@ fn choose(site: &Site, candidates: &[PhotoId], request: &SetRequest) -> Result<(
 }
 
 /// Returns the camera that a photo's image would have: grown by the guard band and scaled where several photos are combined.
-fn candidate(photo: &Photo, from: &BuildFrom) -> Result<Candidate> {
+fn candidate(photo: &Photo, from: &BuildFrom) -> Result<CameraCandidate> {
     let Photo { camera, pose, .. } = *photo;
     let camera = match from {
         BuildFrom::Stack(_) => camera,
@@ -239,10 +239,10 @@ fn candidate(photo: &Photo, from: &BuildFrom) -> Result<Candidate> {
                 .camera
         }
     };
-    Ok(Candidate { camera, pose })
+    Ok(CameraCandidate { camera, pose })
 }
 
-impl Candidate {
+impl CameraCandidate {
     /// Returns the pixels per world unit with which the camera sees a point on the side that `own` sees, too; 0 where it does not
     /// see it.
     fn resolution(&self, point: &SpreadPoint, own: DVec3, model: &Model, surface: &ModelSurface) -> f64 {

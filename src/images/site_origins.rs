@@ -8,7 +8,7 @@ use quadratura_projection::peeling::{Peeled, PeeledLayer, Peels};
 use quadratura_view::legend::Origin;
 use quadratura_view::{Blend, DisplayMode, Mode, Shot};
 
-use super::cover::Found;
+use super::cover::FoundPixel;
 
 /// Returns the view that shows sources in place of colours.
 pub fn of_origins(shot: &Shot) -> Shot {
@@ -22,7 +22,7 @@ pub fn of_origins(shot: &Shot) -> Shot {
 /// # Errors
 /// Those of [`Peels::peel`] and [`Peels::surroundings`].
 pub fn find_origins(
-    rows: &mut [Vec<Found>],
+    rows: &mut [Vec<FoundPixel>],
     surroundings: Option<u32>,
     peels: &mut dyn Peels,
     shot: &Shot,
@@ -35,7 +35,8 @@ pub fn find_origins(
         for ((row, next), (parts, colours)) in rows.iter_mut().zip(&mut next).zip(parts) {
             for (x, (part, colour)) in parts.iter().zip(colours).enumerate() {
                 // What has no colour has no depth pixel.
-                let is_next = |found: &&mut Found| usize::from(found.column) == x && found.plane + 1 == *part;
+                let is_next =
+                    |found: &&mut FoundPixel| usize::from(found.column) == x && found.plane + 1 == *part;
                 let Some(found) = row.get_mut(*next).filter(is_next) else { continue };
                 found.origin = origin_of(*colour).unwrap_or(found.origin);
                 *next += 1;

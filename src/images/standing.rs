@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::cover::Found;
+use super::cover::FoundPixel;
 use super::figures::UNKNOWN_PLANE;
 use super::nearest::{NearestMarked, nearest};
 use quadratura_base::geometry::PixelRect;
@@ -49,7 +49,7 @@ impl Standing<'_> {
     /// Moves what rises above outlines to their depth: photo pixels of the surroundings, connected with a face, that are not far
     /// away, and all that are beside a face. `rows` are the depth pixels of the photo, by column, in a column nearest first. Returns the number of depth pixels
     /// that were added behind the moved ones.
-    pub fn moved(&self, rows: &mut [Vec<Found>]) -> u64 {
+    pub fn moved(&self, rows: &mut [Vec<FoundPixel>]) -> u64 {
         let depths = nearest_depths(rows, self.width);
         let is_face: Vec<bool> = depths.iter().map(|depth| *depth > 0.0).collect();
         let nearest = nearest(&is_face, self.width);
@@ -80,7 +80,7 @@ impl Standing<'_> {
                 let Some(face) = nearest[at].index().filter(|_| is_near[at] && seen > LEAST_SEEN) else {
                     continue;
                 };
-                let behind = colours.as_ref().map(|colours| Found {
+                let behind = colours.as_ref().map(|colours| FoundPixel {
                     colour: colours.at(found.column, y),
                     origin: DepthPixelOrigin::Invented,
                     ..*found
@@ -114,7 +114,7 @@ impl Standing<'_> {
     }
 
     /// Returns where the photo shows surroundings that are not far away, or beside a face.
-    fn rising(&self, rows: &[Vec<Found>], is_beside: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
+    fn rising(&self, rows: &[Vec<FoundPixel>], is_beside: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
         let mut rising = vec![false; rows.len() * self.width];
         rising.par_chunks_exact_mut(self.width).zip(rows).enumerate().for_each(|(y, (rising, row))| {
             for (found, _) in row.iter().zip(self.shares_seen(row, y)).filter(|(_, seen)| *seen > SEEN) {
@@ -128,9 +128,9 @@ impl Standing<'_> {
 
     /// Returns for each depth pixel of a row how much of it the photo itself shows, if it is of the surroundings and no paint; 0 for
     /// all others. What the photo shows through the gaps of a see-through surface counts, wherever its colour was taken from.
-    fn shares_seen(&self, row: &[Found], y: usize) -> Vec<f32> {
+    fn shares_seen(&self, row: &[FoundPixel], y: usize) -> Vec<f32> {
         let mut left = (None, 1.0);
-        let seen = |found: &Found| {
+        let seen = |found: &FoundPixel| {
             if left.0 != Some(found.column) {
                 left = (Some(found.column), 1.0);
             }
@@ -149,7 +149,7 @@ impl Standing<'_> {
     /// through something nearer, so that their colours are guesses.
     fn add_rims(
         &self,
-        rows: &[Vec<Found>],
+        rows: &[Vec<FoundPixel>],
         is_near: &mut [bool],
         distance_px: &(impl Fn(usize) -> f32 + Sync),
     ) {
@@ -180,7 +180,7 @@ impl Standing<'_> {
 
     /// Inpaints the surroundings behind pixels that are near from those beside them that are far away; `None` where none is, or
     /// nothing is near.
-    fn behind(&self, rows: &[Vec<Found>], is_near: &[bool]) -> Option<Behind> {
+    fn behind(&self, rows: &[Vec<FoundPixel>], is_near: &[bool]) -> Option<Behind> {
         let near = || (0..is_near.len()).filter(|at| is_near[*at]);
         let (first, last) = (near().next()?, near().next_back()?);
         // The far pixels that are next to near ones decide; a margin holds some of them.
@@ -240,7 +240,7 @@ impl Behind {
 }
 
 /// Returns the inverse depth of the nearest depth pixel of each pixel; 0 where there is none.
-fn nearest_depths(rows: &[Vec<Found>], width: usize) -> Vec<f32> {
+fn nearest_depths(rows: &[Vec<FoundPixel>], width: usize) -> Vec<f32> {
     let mut depths = vec![0.0; rows.len() * width];
     depths.par_chunks_exact_mut(width).zip(rows).for_each(|(depths, row)| {
         for found in row.iter().rev() {
@@ -280,14 +280,19 @@ mod tests {
     const STONE: [u8; 4] = [150, 130, 100, 255];
 
     /// A wall at depth 4 from row 20 on with a statue on it, a bird in the sky, and the sky behind all of them.
-    fn rows() -> Vec<Vec<Found>> {
+    fn rows() -> Vec<Vec<FoundPixel>> {
         let row = |y: usize| {
             let pixel = |column: u16| {
                 let is_stone = is_statue(column, y) || is_bird(column, y);
                 let colour = if is_stone { STONE } else { SKY };
-                let sky =
-                    Found { column, origin: DepthPixelOrigin::Photo, inverse_depth: 0.0, colour, plane: 1 };
-                let wall = Found { inverse_depth: 0.25, colour: STONE, plane: 0, ..sky };
+                let sky = FoundPixel {
+                    column,
+                    origin: DepthPixelOrigin::Photo,
+                    inverse_depth: 0.0,
+                    colour,
+                    plane: 1,
+                };
+                let wall = FoundPixel { inverse_depth: 0.25, colour: STONE, plane: 0, ..sky };
                 if y >= 20 { wall } else { sky }
             };
             (0..60).map(pixel).collect()
@@ -324,7 +329,8 @@ mod tests {
         assert_eq!(added, 6 * 10 + 2 * 60);
         for (y, (row, was)) in rows.iter().zip(&before).enumerate() {
             for found in was {
-                let pixels: Vec<&Found> = row.iter().filter(|other| other.column == found.column).collect();
+                let pixels: Vec<&FoundPixel> =
+                    row.iter().filter(|other| other.column == found.column).collect();
                 assert_eq!(pixels[0].colour, found.colour, "the photo is seen as before");
                 // Two rows beside the wall come with it, too.
                 if is_statue(found.column, y) || (18..20).contains(&y) {
@@ -345,7 +351,7 @@ mod tests {
         let mut rows = rows();
         // Behind the wall the sky goes on; along the outline with the wall's colour, as layers are continued.
         for (y, row) in rows.iter_mut().enumerate().skip(20) {
-            let behind = |wall: &Found| Found {
+            let behind = |wall: &FoundPixel| FoundPixel {
                 inverse_depth: 0.0,
                 origin: if wall.column < 30 { DepthPixelOrigin::Invented } else { DepthPixelOrigin::Paint },
                 colour: if y < 22 { STONE } else { SKY },
@@ -369,9 +375,9 @@ mod tests {
     #[test]
     fn what_is_behind_a_see_through_pixel_comes_right_behind_it() {
         let mut rows = rows();
-        let leaf = |alpha: u8, pixel: &Found| {
+        let leaf = |alpha: u8, pixel: &FoundPixel| {
             let [r, g, b, _] = pixel.colour;
-            Found { inverse_depth: 0.5, plane: 2, colour: [r, g, b, alpha], ..*pixel }
+            FoundPixel { inverse_depth: 0.5, plane: 2, colour: [r, g, b, alpha], ..*pixel }
         };
         // What is behind may have its colour from anywhere; behind an opaque leaf it is not what the photo shows.
         rows[10][22].origin = DepthPixelOrigin::OtherPhotos;
@@ -389,16 +395,16 @@ mod tests {
     #[test]
     fn a_rim_that_differs_from_the_sky_comes_with_the_wall() {
         let is_rim = |x: u16, y: usize| (300..500).contains(&x) && (36..40).contains(&y);
-        let row = |y: usize| -> Vec<Found> {
+        let row = |y: usize| -> Vec<FoundPixel> {
             let pixel = |column: u16| {
                 let stone = is_rim(column, y) || y >= 40;
                 let (colour, inverse_depth) =
                     (if stone { STONE } else { SKY }, if y < 40 { 0.0 } else { 0.25 });
-                Found { column, origin: DepthPixelOrigin::Photo, inverse_depth, colour, plane: 0 }
+                FoundPixel { column, origin: DepthPixelOrigin::Photo, inverse_depth, colour, plane: 0 }
             };
             (0..1000).map(pixel).collect()
         };
-        let mut rows: Vec<Vec<Found>> = (0..60).map(row).collect();
+        let mut rows: Vec<Vec<FoundPixel>> = (0..60).map(row).collect();
         let agreement = PhotoAgreement { size: [1000, 60], contradicted: Vec::new(), beside: Vec::new() };
         let (agreement, photo) = (agreement.whole([1000, 60]), PixelRect::of_size(1000, 60));
         Standing { width: 1000, photo, agreement: &agreement, filled: true }.moved(&mut rows);
@@ -421,7 +427,7 @@ mod tests {
         let added = Standing { photo, ..standing(&agreement(), true) }.moved(&mut rows);
         assert_eq!((added, &rows[..18]), (2 * 10, &before[..18]), "but for what is beside the wall");
         let outside =
-            |row: &[Found]| row.iter().filter(|found| found.column >= 10).cloned().collect::<Vec<_>>();
+            |row: &[FoundPixel]| row.iter().filter(|found| found.column >= 10).cloned().collect::<Vec<_>>();
         assert!(rows.iter().zip(&before).all(|(row, before)| outside(row) == outside(before)));
     }
 

@@ -6,12 +6,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::layered::Raster;
-use super::layered::png::{read_rgba, write_rgba};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::Baseline;
 use quadratura_files::atomic::{link_atomically, write_atomically};
 use quadratura_files::hash::{hash_bytes, hash_file};
+use quadratura_layered_files::Raster;
+use quadratura_layered_files::png::{read_rgba, write_rgba};
 
 /// The folder `exports/pixels/`.
 #[derive(Debug, Clone)]
@@ -126,8 +126,8 @@ fn is_name(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layered::Depth;
     use quadratura_base::geometry::PixelRect;
+    use quadratura_layered_files::Depth;
 
     fn baseline(file: String) -> Baseline {
         Baseline { file, rect: PixelRect { x: 5, y: 6, w: 3, h: 2 } }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use moxcms::{ColorProfile, Layout, Transform16BitExecutor, TransformOptions};
 
-use super::layered::srgb::srgb_profile;
 use quadratura_files::guarded::guarded_bytes;
+use quadratura_layered_files::srgb::srgb_profile;
 
 /// Two profiles count as equal if their colours differ by less than this (of 65535; two steps of 8 bits).
 /// Editors write sRGB in several ways that differ by up to one step (220 between ours and that of moxcms).

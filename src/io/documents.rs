@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::layered::KEY_FILE;
-use super::layered::format::extensions;
 use super::project::PROJECT_FILE;
 use quadratura_base::error::{Error, Result};
 use quadratura_files::stamp::Stamp;
+use quadratura_layered_files::recognise::{has_extension, is_exported_folder};
 
 /// Sub-folders are searched down to this depth; exports are never nested that deeply.
 const DEEPEST: usize = 16;
@@ -29,22 +28,6 @@ pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
         search(folder, 0, &mut found);
     }
     Ok(found)
-}
-
-/// Returns whether `path` is a layered document: a file by its extension, a folder by its key file.
-pub fn is_document(path: &Path) -> bool {
-    (has_extension(path) && path.is_file()) || is_exported_folder(path)
-}
-
-/// Whether a path is called as a layered file.
-fn has_extension(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    extensions().contains(&extension.as_str())
-}
-
-/// Returns whether `export --format folder` wrote this folder.
-pub fn is_exported_folder(folder: &Path) -> bool {
-    folder.join(KEY_FILE).is_file()
 }
 
 fn search(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) {
@@ -72,6 +55,8 @@ fn search(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) {
 
 #[cfg(test)]
 mod tests {
+    use quadratura_layered_files::KEY_FILE;
+
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {

@@ -1,4 +1,4 @@
-//! Reads and writes the files of a project: stacks, paint, masks, layered images, videos. Each format has a file or a folder of its
+//! Reads and writes the files of a project: stacks, paint, masks, videos. Each format has a file or a folder of its
 //! own.
 
 pub mod baselines;
@@ -15,7 +15,6 @@ mod in_use;
 pub mod known_projects;
 pub mod layer_png;
 pub mod layer_reader;
-pub mod layered;
 pub mod mask_file;
 pub mod mask_store;
 #[cfg(test)]

@@ -20,8 +20,6 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::in_use::{self, one_name};
-use super::layered::Raster;
-use super::layered::png::{read_rgba_as_stored, write_rgba};
 use super::project::below;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
@@ -31,6 +29,8 @@ use quadratura_document::paint::{PAINT_VERSION, PaintBook, PaintEntry, PaintPatc
 use quadratura_files::atomic::{remove_leftovers, write_atomically, write_atomically_with};
 use quadratura_files::hash::{hash_bytes, hash_file};
 use quadratura_files::json::{read_json, to_json};
+use quadratura_layered_files::Raster;
+use quadratura_layered_files::png::{read_rgba_as_stored, write_rgba};
 
 const BOOK: &str = "paint.json";
 /// Name of the file that lists the files of an unfinished import, one per line, as the book would name them.

@@ -20,7 +20,7 @@ const SURFACE: f64 = 1e-3;
 const DOWN: f64 = 0.45;
 
 /// A point of what is to be seen.
-struct Point {
+struct SubjectPoint {
     at: DVec3,
     /// The normal of its face, turned to the side that photos see; zero where either side may be seen.
     normal: DVec3,
@@ -30,7 +30,7 @@ struct Point {
 
 /// What is to be seen, and what may stand in front of it.
 pub struct BestView<'a> {
-    points: Vec<Point>,
+    points: Vec<SubjectPoint>,
     solid: &'a ModelSurface,
     /// The positions of photos whose directions are tried, in world coordinates.
     eyes: Vec<DVec3>,
@@ -48,10 +48,10 @@ impl<'a> BestView<'a> {
         let eyes: Vec<DVec3> = some_of(photos, MOST_PHOTOS).copied().collect();
         let triangles: Vec<[DVec3; 3]> =
             faces.iter().flat_map(|face| model.face_triangles(*face)).map(|t| corners(model, t)).collect();
-        let mut points: Vec<Point> =
+        let mut points: Vec<SubjectPoint> =
             some_of(&triangles, MOST_POINTS).map(|triangle| point_of(triangle, solid, &eyes)).collect();
         if points.is_empty() {
-            points.push(Point { at: center, normal: DVec3::ZERO, weight: 1.0 });
+            points.push(SubjectPoint { at: center, normal: DVec3::ZERO, weight: 1.0 });
         }
         Self { points, solid, eyes }
     }
@@ -59,7 +59,7 @@ impl<'a> BestView<'a> {
     /// Returns the share of what is to be seen that a view with an image of this `width` in image heights shows.
     pub fn seen(&self, view: &Viewpoint, width: f64) -> f64 {
         let eye = view.position();
-        let is_seen = |point: &&Point| {
+        let is_seen = |point: &&SubjectPoint| {
             let is_in_front = point.normal.dot(eye - point.at) >= 0.0;
             let place = view.place(point.at);
             let is_in_image = place.is_some_and(|at| at.x.abs() <= width / 2.0 && at.y.abs() <= 0.5);
@@ -107,14 +107,14 @@ fn corners(model: &Model, triangle: &[u32; 3]) -> [DVec3; 3] {
 }
 
 /// Returns the middle of a triangle, with the side from which most photos see it.
-fn point_of(triangle: &[DVec3; 3], solid: &ModelSurface, eyes: &[DVec3]) -> Point {
+fn point_of(triangle: &[DVec3; 3], solid: &ModelSurface, eyes: &[DVec3]) -> SubjectPoint {
     let area = area_vector(triangle);
     let (at, normal) = (triangle.iter().sum::<DVec3>() / 3.0, area.normalize_or_zero());
     let sees = |eye: &&DVec3| is_free(solid, **eye, at);
     let side = |eye: &DVec3| normal.dot(eye - at).signum();
     let sum: f64 = eyes.iter().filter(sees).map(side).sum();
     let side = if sum == 0.0 { 0.0 } else { sum.signum() };
-    Point { at, normal: side * normal, weight: area.length() }
+    SubjectPoint { at, normal: side * normal, weight: area.length() }
 }
 
 /// Returns whether nothing is between an eye and a point of a surface.

@@ -171,7 +171,7 @@ struct Finder<'a, C> {
 }
 
 /// The properties of a face that are common to all its cells.
-struct Subject<'a> {
+struct FaceData<'a> {
     id: FaceId,
     face: &'a Face,
     billboard: bool,
@@ -246,7 +246,7 @@ impl<C: TexelBounds> Finder<'_, C> {
         let size = [cell(high.x, width) - corner[0] + 1, cell(high.y, height) - corner[1] + 1];
         let object = self.model.object(face.object);
         let back = face.plane.normal.dot(self.shot.viewpoint() - face.plane.point) < 0.0;
-        let subject = Subject {
+        let subject = FaceData {
             id,
             face,
             billboard: object.billboard,
@@ -271,7 +271,7 @@ impl<C: TexelBounds> Finder<'_, C> {
         Some(CellsOfFace { face: id, corner, size, depths, lists })
     }
 
-    fn may_serve(&self, subject: &Subject, server: u32) -> bool {
+    fn may_serve(&self, subject: &FaceData, server: u32) -> bool {
         let server = &self.sources.servers[server as usize];
         // The triangles of a face that is not planar may be seen from different sides.
         let side = server.back == subject.back || subject.billboard || !subject.face.planar;
@@ -279,7 +279,7 @@ impl<C: TexelBounds> Finder<'_, C> {
     }
 
     /// Returns the candidates of every single cell of a part of a block.
-    fn cells_of(&self, subject: &Subject, block: &CellBlock, cells: [u32; 4]) -> Vec<FoundCell> {
+    fn cells_of(&self, subject: &FaceData, block: &CellBlock, cells: [u32; 4]) -> Vec<FoundCell> {
         let Some(patch) = self.patch(subject, self.clipped_to_cells(subject, block.polygon, cells)) else {
             return Vec::new();
         };
@@ -295,7 +295,7 @@ impl<C: TexelBounds> Finder<'_, C> {
     /// Clips a polygon to these cells.
     fn clipped_to_cells(
         &self,
-        subject: &Subject,
+        subject: &FaceData,
         polygon: &[DVec3],
         [x0, y0, x1, y1]: [u32; 4],
     ) -> Vec<DVec3> {
@@ -304,7 +304,7 @@ impl<C: TexelBounds> Finder<'_, C> {
         clipped_to_box(polygon, &self.shot.camera, px(x0, y0), px(x1, y1))
     }
 
-    fn patch(&self, subject: &Subject, polygon: Vec<DVec3>) -> Option<FacePatch> {
+    fn patch(&self, subject: &FaceData, polygon: Vec<DVec3>) -> Option<FacePatch> {
         if polygon.is_empty() {
             return None;
         }
@@ -320,7 +320,7 @@ impl<C: TexelBounds> Finder<'_, C> {
     }
 
     /// Returns those of `servers` that may contribute in the patch, by rising lower bound of the penalty.
-    fn candidates(&self, subject: &Subject, patch: &FacePatch, servers: &[u32]) -> Vec<ServerCandidate> {
+    fn candidates(&self, subject: &FaceData, patch: &FacePatch, servers: &[u32]) -> Vec<ServerCandidate> {
         let mut list = Vec::with_capacity(servers.len());
         let mut worst = Vec::with_capacity(servers.len());
         for &server in servers {
@@ -340,7 +340,7 @@ impl<C: TexelBounds> Finder<'_, C> {
 
     /// Bounds one server in a patch: returns the candidate and the upper bound of its penalty; `None` where
     /// it textures no point of the patch.
-    fn bounds(&self, subject: &Subject, patch: &FacePatch, id: u32) -> Option<(ServerCandidate, f64)> {
+    fn bounds(&self, subject: &FaceData, patch: &FacePatch, id: u32) -> Option<(ServerCandidate, f64)> {
         let server = &self.sources.servers[id as usize];
         let photo = self.sources.photo(server.photo);
         let blend = &self.shot.blend;
@@ -447,7 +447,7 @@ impl<C: TexelBounds> Finder<'_, C> {
     }
 
     /// Bounds the octaves that the photo lacks; negative values are octaves to spare.
-    fn octaves(&self, subject: &Subject, patch: &FacePatch, camera: &Pinhole, pose: &Pose) -> Range<f64> {
+    fn octaves(&self, subject: &FaceData, patch: &FacePatch, camera: &Pinhole, pose: &Pose) -> Range<f64> {
         let photo_depth = pose.camera_from_world(patch.middle_in_world).z;
         let depths = (photo_depth - patch.radius, photo_depth + patch.radius);
         let view_depths = (patch.middle.z - patch.radius, patch.middle.z + patch.radius);

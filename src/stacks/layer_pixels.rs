@@ -10,8 +10,8 @@ use quadratura_base::raster::over::on_opaque;
 use quadratura_document::Stack;
 use quadratura_document::paint::{ERASED, PaintColour, PaintPatch};
 use quadratura_io::layer_reader::read_grey;
-use quadratura_io::layered::Raster;
-use quadratura_io::layered::png::read_rgba;
+use quadratura_layered_files::Raster;
+use quadratura_layered_files::png::read_rgba;
 use quadratura_layers::LayerIndex;
 
 /// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling over
@@ -113,7 +113,7 @@ pub fn shown(colour: PaintColour) -> PaintColour {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_io::layered::Depth;
+    use quadratura_layered_files::Depth;
 
     #[test]
     fn a_painted_pixel_is_as_the_artist_left_it_and_an_erased_one_is_empty() {

@@ -7,7 +7,7 @@ use quadratura_base::geometry::polygon::PlaneFrame;
 
 /// Cells on a plane: columns to the right as its front is seen, rows upwards.
 #[derive(Debug, Clone)]
-pub struct Chart {
+pub struct PlaneChart {
     /// The axes: `v` is upwards where the plane is not level.
     pub frame: PlaneFrame,
     /// The corner of the first cell.
@@ -23,7 +23,7 @@ pub struct Chart {
 /// The most cells a side.
 const MOST_CELLS: f64 = 2000.0;
 
-impl Chart {
+impl PlaneChart {
     /// Makes the raster around points of the plane, with a margin; cells become larger where there would be too many.
     pub fn around(
         plane: &Plane,

@@ -2,7 +2,7 @@
 //! depth of each pixel (Collins, *A Space-Sweep Approach to True Multi-Image Matching*, 1996).
 
 use super::support::middle;
-use super::view::{Greys, PlaneDepth, View, Warp};
+use super::view::{Greys, PlaneDepth, Warp, WorkingPhoto};
 
 /// Columns and rows on each side of a pixel's window of 7 x 7.
 const WINDOW: usize = 3;
@@ -35,7 +35,7 @@ pub struct Comparer<'a> {
 
 /// A rectangle of pixels: the first column and row, and those after the last.
 #[derive(Debug, Clone, Copy)]
-pub struct Bounds {
+pub struct PixelBounds {
     /// First column and row.
     pub low: [usize; 2],
     /// The column and row after the last.
@@ -44,10 +44,10 @@ pub struct Bounds {
 
 impl<'a> Comparer<'a> {
     /// Prepares a photo for comparison with its neighbours, of which the first are used, at the working size.
-    pub fn new(views: &'a [View], of: usize, neighbours: &[u32], count: usize) -> Self {
+    pub fn new(views: &'a [WorkingPhoto], of: usize, neighbours: &[u32], count: usize) -> Self {
         let view = &views[of];
         let others = neighbours.iter().take(count).map(|i| &views[*i as usize]);
-        let warp = |other: &'a View| {
+        let warp = |other: &'a WorkingPhoto| {
             let warp = Warp::new((view.camera(), &view.pose), (other.camera(), &other.pose));
             (&other.greys, warp)
         };
@@ -65,8 +65,8 @@ impl<'a> Comparer<'a> {
 
     /// Returns how much the photos disagree about inverse depths, 0 to 1, within bounds, row by row of these; NaN where no
     /// other photo shows the place. Pixels with an inverse depth below 0 are not there.
-    pub fn disagreement(&self, depth: impl Fn(usize, usize) -> f64, bounds: Bounds) -> Vec<f32> {
-        let wide = Bounds {
+    pub fn disagreement(&self, depth: impl Fn(usize, usize) -> f64, bounds: PixelBounds) -> Vec<f32> {
+        let wide = PixelBounds {
             low: bounds.low.map(|low| low.saturating_sub(WINDOW)),
             high: [0, 1].map(|i| (bounds.high[i] + WINDOW).min(self.size[i])),
         };
@@ -97,7 +97,13 @@ impl<'a> Comparer<'a> {
     }
 
     /// Compares the windows of warped samples with the photo's own.
-    fn correlated(&self, samples: &[f32], is_seen: &[bool], wide: Bounds, bounds: Bounds) -> Vec<f32> {
+    fn correlated(
+        &self,
+        samples: &[f32],
+        is_seen: &[bool],
+        wide: PixelBounds,
+        bounds: PixelBounds,
+    ) -> Vec<f32> {
         let [w, h] = [0, 1].map(|i| wide.high[i] - wide.low[i]);
         let own = |x: usize, y: usize| (y + wide.low[1]) * self.size[0] + x + wide.low[0];
         let squares: Vec<f32> = samples.iter().map(|value| value * value).collect();
@@ -120,8 +126,8 @@ impl<'a> Comparer<'a> {
     }
 
     /// Returns the bounds of the whole photo.
-    pub fn whole(&self) -> Bounds {
-        Bounds { low: [0, 0], high: self.size }
+    pub fn whole(&self) -> PixelBounds {
+        PixelBounds { low: [0, 0], high: self.size }
     }
 
     /// Returns the cost of a disagreement at a pixel: that of plain windows is neutral.

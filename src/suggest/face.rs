@@ -6,24 +6,24 @@ use glam::{DVec2, DVec3};
 
 use quadratura_base::geometry::Plane;
 
-use super::chart::Chart;
-use super::planes::Kind;
+use super::chart::PlaneChart;
+use super::planes::PlaneKind;
 use super::support::middle;
-use super::view::View;
+use super::view::WorkingPhoto;
 
 /// A suggested face in normalised coordinates.
 #[derive(Debug, Clone)]
-pub struct Face {
+pub struct NormalisedFace {
     /// The index of its plane among the candidates.
     pub number: usize,
     /// How the plane lies.
-    pub kind: Kind,
+    pub kind: PlaneKind,
     /// The plane; the normal is the front.
     pub plane: Plane,
     /// The corners, counter-clockwise seen from the front, with bridged holes.
     pub ring: Vec<DVec3>,
     /// The raster on the plane.
-    pub chart: Chart,
+    pub chart: PlaneChart,
     /// The cells that the polygon covers.
     pub covers: Vec<bool>,
     /// The mean number of photos that show it.
@@ -32,9 +32,9 @@ pub struct Face {
     pub passed: f64,
 }
 
-impl Face {
+impl NormalisedFace {
     /// Makes a face of a ring on a raster of its plane.
-    pub fn new(number: usize, kind: Kind, plane: Plane, ring: Vec<DVec3>, chart: &Chart) -> Self {
+    pub fn new(number: usize, kind: PlaneKind, plane: Plane, ring: Vec<DVec3>, chart: &PlaneChart) -> Self {
         let covers = covered(&ring, chart);
         Self { number, kind, plane, ring, chart: chart.clone(), covers, seen: 0.0, passed: 0.0 }
     }
@@ -46,7 +46,7 @@ impl Face {
     }
 
     /// Returns the columns and rows of a photo within which the face may be.
-    fn bounds(&self, view: &View) -> (Range<usize>, Range<usize>) {
+    fn bounds(&self, view: &WorkingPhoto) -> (Range<usize>, Range<usize>) {
         let [w, h] = view.size();
         let corner = |point: &DVec3| view.camera().image_from_camera(view.pose.camera_from_world(*point));
         let Some(corners) = self.ring.iter().map(corner).collect::<Option<Vec<DVec2>>>() else {
@@ -60,7 +60,7 @@ impl Face {
     }
 
     /// Calls `visit` with each pixel of a photo in which the face is, and its inverse depth there.
-    pub fn pixels(&self, view: &View, mut visit: impl FnMut(usize, f64)) {
+    pub fn pixels(&self, view: &WorkingPhoto, mut visit: impl FnMut(usize, f64)) {
         let w = view.size()[0];
         let (columns, rows) = self.bounds(view);
         let depth = view.inverse_depth(&self.plane);
@@ -74,7 +74,7 @@ impl Face {
 }
 
 /// Returns the cells of a raster whose middles a ring encloses, by the even-odd rule; bridges are walked twice and count nothing.
-pub fn covered(ring: &[DVec3], chart: &Chart) -> Vec<bool> {
+pub fn covered(ring: &[DVec3], chart: &PlaneChart) -> Vec<bool> {
     let [columns, rows] = chart.size;
     let mut covers = vec![false; chart.count()];
     let flat: Vec<DVec2> = ring.iter().map(|corner| chart.place(*corner)).collect();

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use quadratura_base::geometry::{Plane, Pose};
 use quadratura_base::raster::robust::quantile;
 
-use super::planes::{Kind, PointPlane, fitted};
-use super::points::Point;
+use super::planes::{PlaneKind, PlaneOfPoints, fitted};
+use super::points::NormalisedPoint;
 use super::support::middle;
-use super::view::{View, Warp};
+use super::view::{Warp, WorkingPhoto};
 
 /// A level plane of so many points is the ground if it is the lowest.
 const ENOUGH_POINTS: usize = 150;
@@ -30,23 +30,23 @@ const MOST_TILT: f64 = 0.9986;
 
 /// Adds the ground to planes, or marks the one that it is. Nothing changes where it is not found.
 pub fn with_ground(
-    mut planes: Vec<PointPlane>,
-    points: &[Point],
-    views: &[View],
+    mut planes: Vec<PlaneOfPoints>,
+    points: &[NormalisedPoint],
+    views: &[WorkingPhoto],
     up: DVec3,
     near: &[Vec<u32>],
-) -> Vec<PointPlane> {
-    let height = |plane: &PointPlane| plane.plane.point.dot(up);
+) -> Vec<PlaneOfPoints> {
+    let height = |plane: &PlaneOfPoints| plane.plane.point.dot(up);
     let mut heights: Vec<f64> = points.iter().map(|point| point.at.dot(up)).collect();
     let Some(low) = quantile(&mut heights, 0.004) else { return planes };
     let eyes = views.iter().map(|view| view.eye.dot(up)).sum::<f64>() / views.len() as f64;
     let above = eyes - low;
     let lowest = planes
         .iter_mut()
-        .filter(|plane| plane.kind == Kind::Level && plane.members.len() >= ENOUGH_POINTS)
+        .filter(|plane| plane.kind == PlaneKind::Level && plane.members.len() >= ENOUGH_POINTS)
         .min_by(|a, b| height(a).total_cmp(&height(b)));
     if let Some(lowest) = lowest.filter(|lowest| height(lowest) < low + 0.2 * above.abs()) {
-        lowest.kind = Kind::Ground;
+        lowest.kind = PlaneKind::Ground;
         return planes;
     }
     if above <= 0.0 {
@@ -55,18 +55,24 @@ pub fn with_ground(
     let heights: Vec<f64> =
         (0..HEIGHTS).map(|i| low + above * (-0.3 + 0.7 * i as f64 / (HEIGHTS - 1) as f64)).collect();
     let Some(plane) = searched(views, up, near, &heights, above) else { return planes };
-    let is_on = |point: &Point| plane.signed_distance(point.at).abs() < 0.012 * point.away;
+    let is_on = |point: &NormalisedPoint| plane.signed_distance(point.at).abs() < 0.012 * point.away;
     let members: Vec<u32> = (0..).zip(points).filter(|(_, point)| is_on(point)).map(|(i, _)| i).collect();
     // Level planes of few points that are the ground itself.
     planes.retain(|other| {
-        other.kind != Kind::Level || (height(other) - plane.point.dot(up)).abs() > 0.06 * above
+        other.kind != PlaneKind::Level || (height(other) - plane.point.dot(up)).abs() > 0.06 * above
     });
-    planes.push(PointPlane { plane, kind: Kind::Ground, members, places: Vec::new() });
+    planes.push(PlaneOfPoints { plane, kind: PlaneKind::Ground, members, places: Vec::new() });
     planes
 }
 
 /// Searches the ground at heights; `above` is the cameras' height above the lowest points.
-fn searched(views: &[View], up: DVec3, near: &[Vec<u32>], heights: &[f64], above: f64) -> Option<Plane> {
+fn searched(
+    views: &[WorkingPhoto],
+    up: DVec3,
+    near: &[Vec<u32>],
+    heights: &[f64],
+    above: f64,
+) -> Option<Plane> {
     let step = views.len().div_ceil(PHOTOS).max(1);
     let of: Vec<usize> = (0..views.len()).step_by(step).collect();
     let found: Vec<(DVec3, f64)> =
@@ -79,7 +85,7 @@ fn searched(views: &[View], up: DVec3, near: &[Vec<u32>], heights: &[f64], above
     }
     let mut plane = Plane { normal: up, point: up * mode };
     for reach in [0.12, 0.06] {
-        let on: Vec<Point> = found
+        let on: Vec<NormalisedPoint> = found
             .iter()
             .filter(|(at, _)| plane.signed_distance(*at).abs() < reach * above)
             .map(|(at, _)| as_point(*at, up))
@@ -93,15 +99,21 @@ fn searched(views: &[View], up: DVec3, near: &[Vec<u32>], heights: &[f64], above
 }
 
 /// A place on the ground as a point, seen from above.
-fn as_point(at: DVec3, up: DVec3) -> Point {
-    Point { at, observers: Vec::new(), is_tracked: false, eye: at + up, away: 1.0, sigma: 0.0 }
+fn as_point(at: DVec3, up: DVec3) -> NormalisedPoint {
+    NormalisedPoint { at, observers: Vec::new(), is_tracked: false, eye: at + up, away: 1.0, sigma: 0.0 }
 }
 
 /// Returns the places on level planes where the photos clearly agree, with their heights.
-fn clear_places(views: &[View], of: usize, near: &[u32], up: DVec3, heights: &[f64]) -> Vec<(DVec3, f64)> {
+fn clear_places(
+    views: &[WorkingPhoto],
+    of: usize,
+    near: &[u32],
+    up: DVec3,
+    heights: &[f64],
+) -> Vec<(DVec3, f64)> {
     let view = &views[of];
     let camera = view.fine.camera;
-    let others: Vec<(&View, Warp)> = near
+    let others: Vec<(&WorkingPhoto, Warp)> = near
         .iter()
         .take(4)
         .map(|i| &views[*i as usize])
@@ -110,7 +122,7 @@ fn clear_places(views: &[View], of: usize, near: &[u32], up: DVec3, heights: &[f
     let [w, h] = view.fine.size();
     let mut found = Vec::new();
     for (y, x) in (h / 2..h).step_by(STEP).flat_map(|y| (0..w).step_by(STEP).map(move |x| (y, x))) {
-        let Some(own) = Patch::new(view, x, y) else { continue };
+        let Some(own) = PixelWindow::new(view, x, y) else { continue };
         let ray = view.pose.rotation.transpose() * camera.ray_in_camera(middle(x, y));
         let fall = ray.dot(up);
         if fall >= -1e-3 {
@@ -147,14 +159,14 @@ fn camera_depth<'a>(
 }
 
 /// The window around a pixel of the finer photo.
-struct Patch {
+struct PixelWindow {
     places: Vec<DVec2>,
     values: Vec<f32>,
 }
 
-impl Patch {
+impl PixelWindow {
     /// Takes every other pixel of the window; `None` at the border and for plain ones.
-    fn new(view: &View, x: usize, y: usize) -> Option<Self> {
+    fn new(view: &WorkingPhoto, x: usize, y: usize) -> Option<Self> {
         let [w, h] = view.fine.size();
         let range = || (-WINDOW..=WINDOW).step_by(2);
         let (mut places, mut values) = (Vec::new(), Vec::new());
@@ -171,8 +183,8 @@ impl Patch {
     }
 
     /// Returns the mean correlation with the better half of other photos, for an inverse depth.
-    fn agreement(&self, others: &[(&View, Warp)], depth: &impl Fn(DVec2) -> f64) -> f32 {
-        let correlation = |(other, warp): &(&View, Warp)| {
+    fn agreement(&self, others: &[(&WorkingPhoto, Warp)], depth: &impl Fn(DVec2) -> f64) -> f32 {
+        let correlation = |(other, warp): &(&WorkingPhoto, Warp)| {
             let seen = |px: &DVec2| {
                 let inverse = depth(*px);
                 if inverse <= 0.0 { None } else { other.fine.at(warp.at(*px, inverse)?) }

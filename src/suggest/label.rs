@@ -5,12 +5,12 @@ use glam::{DVec2, DVec3};
 
 use quadratura_base::geometry::Plane;
 
-use super::compare::{Bounds, Comparer, NEIGHBOURS, NEUTRAL};
-use super::planes::{Kind, PointPlane};
-use super::points::Point;
+use super::compare::{Comparer, NEIGHBOURS, NEUTRAL, PixelBounds};
+use super::planes::{PlaneKind, PlaneOfPoints};
+use super::points::NormalisedPoint;
 use super::sgm::best_labels;
-use super::support::{Support, middle};
-use super::view::{PlaneDepth, View};
+use super::support::{PlaneSupport, middle};
+use super::view::{PlaneDepth, WorkingPhoto};
 
 /// What is far away.
 pub const FAR: u16 = u16::MAX;
@@ -30,49 +30,49 @@ const NEAR_PX: i32 = 5;
 
 /// What photos are labelled with.
 #[derive(Debug, Clone)]
-pub struct Candidates {
+pub struct LabelCandidates {
     /// The planes; labels are their indices.
-    pub planes: Vec<PointPlane>,
+    pub planes: Vec<PlaneOfPoints>,
     /// What points say about each.
-    pub supports: Vec<Support>,
+    pub supports: Vec<PlaneSupport>,
     /// The direction upwards.
     pub up: DVec3,
     /// The weight of rays that pass through planes.
     pub violation: f32,
 }
 
-impl Candidates {
+impl LabelCandidates {
     /// Returns the ground.
     pub fn ground(&self) -> Option<&Plane> {
-        self.planes.iter().find(|plane| plane.kind == Kind::Ground).map(|plane| &plane.plane)
+        self.planes.iter().find(|plane| plane.kind == PlaneKind::Ground).map(|plane| &plane.plane)
     }
 }
 
 /// A photo, and what is known about it besides the planes.
-pub struct Subject<'a> {
+pub struct LabelledPhoto<'a> {
     /// All photos.
-    pub views: &'a [View],
+    pub views: &'a [WorkingPhoto],
     /// The one that is labelled.
     pub of: usize,
     /// The photos with which it is compared, best first.
     pub neighbours: &'a [u32],
     /// The points.
-    pub points: &'a [Point],
+    pub points: &'a [NormalisedPoint],
     /// How likely each pixel shows the sky.
     pub sky: &'a [f32],
     /// The inverse depth of the given model; 0 where it is not.
     pub given: Option<&'a [f32]>,
 }
 
-impl Subject<'_> {
-    fn view(&self) -> &View {
+impl LabelledPhoto<'_> {
+    fn view(&self) -> &WorkingPhoto {
         &self.views[self.of]
     }
 }
 
 /// The labels of a photo, with how much the photos disagree about each.
 #[derive(Debug, Clone)]
-pub struct Labels {
+pub struct PhotoLabels {
     /// The label of each pixel.
     pub of: Vec<u16>,
     /// The cost of the label by the photos' agreement alone.
@@ -80,7 +80,7 @@ pub struct Labels {
 }
 
 /// Labels a photo.
-pub fn labelled(subject: &Subject<'_>, candidates: &Candidates) -> Labels {
+pub fn labelled(subject: &LabelledPhoto<'_>, candidates: &LabelCandidates) -> PhotoLabels {
     let view = subject.view();
     let comparer = Comparer::new(subject.views, subject.of, subject.neighbours, NEIGHBOURS);
     let pinned = Pinned::new(subject);
@@ -110,7 +110,7 @@ struct Costs {
 }
 
 /// Chooses the best labels.
-fn chosen(view: &View, columns: &[(u16, Costs)]) -> Labels {
+fn chosen(view: &WorkingPhoto, columns: &[(u16, Costs)]) -> PhotoLabels {
     let [w, h] = view.size();
     let count = columns.len();
     let mut costs = vec![0.0; w * h * count];
@@ -128,11 +128,11 @@ fn chosen(view: &View, columns: &[(u16, Costs)]) -> Labels {
     };
     let of = best.iter().enumerate().map(label).collect();
     let cost = best.iter().enumerate().map(|(at, k)| columns[usize::from(*k)].1.agreement[at]).collect();
-    Labels { of, cost }
+    PhotoLabels { of, cost }
 }
 
 /// Returns whether a photo sees the front of a plane.
-pub fn is_front(view: &View, plane: &Plane) -> bool {
+pub fn is_front(view: &WorkingPhoto, plane: &Plane) -> bool {
     plane.signed_distance(view.eye) > 1e-3
 }
 
@@ -145,7 +145,7 @@ struct Pinned {
 }
 
 impl Pinned {
-    fn new(subject: &Subject<'_>) -> Self {
+    fn new(subject: &LabelledPhoto<'_>) -> Self {
         let view = subject.view();
         let [w, h] = view.size();
         let mut nearest = vec![None; w * h];
@@ -194,15 +194,15 @@ impl Pinned {
 
 /// A plane, and what it is judged by.
 struct PlanePlace<'a> {
-    plane: &'a PointPlane,
-    support: &'a Support,
+    plane: &'a PlaneOfPoints,
+    support: &'a PlaneSupport,
     ground: Option<&'a PlaneDepth>,
     violation: f32,
 }
 
 /// Returns the costs of a plane; `None` where the photo does not show it.
 fn plane_costs(
-    subject: &Subject<'_>,
+    subject: &LabelledPhoto<'_>,
     comparer: &Comparer<'_>,
     pinned: &Pinned,
     place: &PlanePlace<'_>,
@@ -219,7 +219,7 @@ fn plane_costs(
         }
         let point = view.eye + view.ray(middle(x, y)) / inverse;
         let Some((distance, violation)) = place.support.at(point) else { continue };
-        let below = place.ground.filter(|_| place.plane.kind != Kind::Ground).map_or(0.0, |ground| {
+        let below = place.ground.filter(|_| place.plane.kind != PlaneKind::Ground).map_or(0.0, |ground| {
             let deeper = ground.at(x, y) / inverse - 1.0;
             1.5 * (deeper / 0.05).clamp(0.0, 1.0) as f32
         });
@@ -232,7 +232,7 @@ fn plane_costs(
         return None;
     }
     let at_points = pinned.costs(&depth);
-    let bounds = Bounds { low, high };
+    let bounds = PixelBounds { low, high };
     let disagreement = comparer.disagreement(|x, y| depth.at(x, y), bounds);
     let mut agreement = vec![NEUTRAL; w * h];
     let pixels = (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| y * w + x));
@@ -246,7 +246,7 @@ fn plane_costs(
 }
 
 /// Returns the costs of what is far away: little in the sky, much below the horizon.
-fn far_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, pinned: &Pinned, up: DVec3) -> Costs {
+fn far_costs(subject: &LabelledPhoto<'_>, comparer: &Comparer<'_>, pinned: &Pinned, up: DVec3) -> Costs {
     let view = subject.view();
     let w = view.size()[0];
     let agreement = comparer.cost_far();
@@ -261,7 +261,12 @@ fn far_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, pinned: &Pinned, up
 }
 
 /// Returns the costs of the given model, which is preferred a little.
-fn given_costs(subject: &Subject<'_>, comparer: &Comparer<'_>, pinned: &Pinned, given: &[f32]) -> Costs {
+fn given_costs(
+    subject: &LabelledPhoto<'_>,
+    comparer: &Comparer<'_>,
+    pinned: &Pinned,
+    given: &[f32],
+) -> Costs {
     let w = subject.view().size()[0];
     let depth = |x: usize, y: usize| match given[y * w + x] {
         inverse if inverse > 0.0 => f64::from(inverse),

@@ -43,6 +43,6 @@ pub mod votes;
 #[cfg(test)]
 mod tests;
 
-pub use points::SeenPoint;
+pub use points::SourcePoint;
 pub use suggest::{Input, Reason, SuggestedFace, SuggestedObject, Suggestion, suggest};
-pub use view::{FINE_PX, SeenPhoto};
+pub use view::{FINE_PX, SourcePhoto};

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use quadratura_base::geometry::polygon::bridge_holes;
 
-use super::chart::{Chart, regions};
+use super::chart::{PlaneChart, regions};
 
 /// How far an outline may leave the cells' edges, in cells.
 const SLACK: f64 = 2.5;
@@ -20,7 +20,7 @@ const LEAST_AREA: f64 = 60.0;
 
 /// An outline with its holes, in cells: counter-clockwise, the holes clockwise.
 #[derive(Debug, Clone)]
-pub struct Outline {
+pub struct CellOutline {
     /// The outer ring.
     pub outer: Vec<DVec2>,
     /// The holes.
@@ -28,7 +28,7 @@ pub struct Outline {
 }
 
 /// Returns the outlines of a mask's regions, simplified by `slack_of_side` of a region's size at most.
-pub fn outlines(mask: &[bool], size: [usize; 2], slack_of_side: f64) -> Vec<Outline> {
+pub fn outlines(mask: &[bool], size: [usize; 2], slack_of_side: f64) -> Vec<CellOutline> {
     let (number, sizes) = regions(mask, size);
     let mut found = Vec::new();
     for region in 0..sizes.len() as u32 {
@@ -45,15 +45,15 @@ pub fn outlines(mask: &[bool], size: [usize; 2], slack_of_side: f64) -> Vec<Outl
         rings.sort_by(|a, b| area(b).total_cmp(&area(a)));
         let mut rings = rings.into_iter().filter(|ring| area(ring).abs() >= LEAST_AREA);
         if let Some(outer) = rings.next().filter(|outer| area(outer) > 0.0) {
-            found.push(Outline { outer, holes: rings.filter(|ring| area(ring) < 0.0).collect() });
+            found.push(CellOutline { outer, holes: rings.filter(|ring| area(ring) < 0.0).collect() });
         }
     }
     found
 }
 
-impl Outline {
+impl CellOutline {
     /// Returns the rings of the outline on its plane, with bridged holes, wound counter-clockwise seen from the front.
-    pub fn rings(&self, chart: &Chart) -> Vec<Vec<DVec3>> {
+    pub fn rings(&self, chart: &PlaneChart) -> Vec<Vec<DVec3>> {
         let raised = |ring: &Vec<DVec2>| ring.iter().map(|at| chart.point(*at)).collect::<Vec<DVec3>>();
         bridge_holes(&raised(&self.outer), &self.holes.iter().map(raised).collect::<Vec<_>>())
     }

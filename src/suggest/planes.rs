@@ -13,11 +13,11 @@ use quadratura_base::geometry::polygon::PlaneFrame;
 use quadratura_base::raster::robust::{of_rank, upper_median};
 use quadratura_base::scene::synthetic::Rng;
 
-use super::points::Point;
+use super::points::NormalisedPoint;
 
 /// How a plane lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum PlaneKind {
     /// The ground under the cameras.
     Ground,
     /// A wall.
@@ -32,11 +32,11 @@ pub enum Kind {
 
 /// A plane of points.
 #[derive(Debug, Clone)]
-pub struct PointPlane {
+pub struct PlaneOfPoints {
     /// The plane; the normal is towards the observers.
     pub plane: Plane,
     /// How it lies.
-    pub kind: Kind,
+    pub kind: PlaneKind,
     /// The points on it.
     pub members: Vec<u32>,
     /// Other places at which photos agree about it.
@@ -66,18 +66,18 @@ const UNEXPLAINED: f64 = 0.1;
 
 /// Returns the distance within which a point lies on a plane. Between 0.15 and 0.8 % of the distance, one facade became a dozen
 /// planes.
-pub fn tolerance(point: &Point) -> f64 {
+pub fn tolerance(point: &NormalisedPoint) -> f64 {
     (2.0 * point.sigma).clamp(0.005 * point.away, 0.012 * point.away)
 }
 
 /// Returns whether a point lies on a plane and is seen from its front.
-pub fn is_on(point: &Point, plane: &Plane) -> bool {
+pub fn is_on(point: &NormalisedPoint, plane: &Plane) -> bool {
     plane.signed_distance(point.at).abs() < tolerance(point) && plane.signed_distance(point.eye) > 0.0
 }
 
 /// A search for planes.
-pub struct Search<'a> {
-    points: &'a [Point],
+pub struct PlaneSearch<'a> {
+    points: &'a [NormalisedPoint],
     /// The direction upwards, where it is known.
     up: Option<DVec3>,
     rng: Rng,
@@ -91,9 +91,9 @@ pub struct Search<'a> {
     grid: FxHashMap<[i32; 3], Vec<u32>>,
 }
 
-impl<'a> Search<'a> {
+impl<'a> PlaneSearch<'a> {
     /// Prepares a search; without a direction upwards, planes of any direction are alike.
-    pub fn new(points: &'a [Point], up: Option<DVec3>, seed: u64) -> Self {
+    pub fn new(points: &'a [NormalisedPoint], up: Option<DVec3>, seed: u64) -> Self {
         let cell = ISLAND_CELL.max(0.5 * spacing(points));
         let mut grid: FxHashMap<[i32; 3], Vec<u32>> = FxHashMap::default();
         for (i, point) in (0..).zip(points) {
@@ -127,7 +127,7 @@ impl<'a> Search<'a> {
     }
 
     /// Finds planes, at most so many.
-    pub fn planes(&mut self, most: usize) -> Vec<PointPlane> {
+    pub fn planes(&mut self, most: usize) -> Vec<PlaneOfPoints> {
         let mut found = Vec::new();
         let mut failures = 0;
         while found.len() < most && failures < FAILURES {
@@ -159,7 +159,8 @@ impl<'a> Search<'a> {
         // Of chance planes the same would be the best again.
         trials.retain(|trial| !self.failed.iter().any(|failed| is_twin(trial, failed)));
         let step = free.len().div_ceil(JUDGES).max(1);
-        let judges: Vec<&Point> = free.iter().step_by(step).map(|i| &self.points[*i as usize]).collect();
+        let judges: Vec<&NormalisedPoint> =
+            free.iter().step_by(step).map(|i| &self.points[*i as usize]).collect();
         let count = |plane: &Plane| judges.iter().filter(|point| is_on(point, plane)).count();
         let counts: Vec<usize> = trials.par_iter().map(count).collect();
         // Of equal ones the first, whatever the number of threads.
@@ -215,7 +216,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits a plane to its points, and keeps the islands that are large enough.
-    fn grown(&self, free: &[u32], seed: Plane) -> Option<PointPlane> {
+    fn grown(&self, free: &[u32], seed: Plane) -> Option<PlaneOfPoints> {
         let on = |plane: &Plane| -> Vec<u32> {
             free.iter().copied().filter(|i| is_on(&self.points[*i as usize], plane)).collect()
         };
@@ -226,7 +227,7 @@ impl<'a> Search<'a> {
         let members = large_islands(self.points, &plane, &on(&plane), self.cell);
         let (plane, kind) = fitted(self.points, &members, self.up)?;
         let is_ceiling = self.up.is_some_and(|up| plane.normal.dot(up) < -LEVEL);
-        (members.len() >= FEWEST && !is_ceiling).then_some(PointPlane {
+        (members.len() >= FEWEST && !is_ceiling).then_some(PlaneOfPoints {
             plane,
             kind,
             members,
@@ -253,9 +254,9 @@ fn grid_cell(at: DVec3, cell: f64) -> [i32; 3] {
 }
 
 /// Returns the median distance from a point to its sixth neighbour, of some points.
-fn spacing(points: &[Point]) -> f64 {
+fn spacing(points: &[NormalisedPoint]) -> f64 {
     let of = points.iter().step_by(points.len().div_ceil(300).max(1));
-    let sixth = |point: &Point| {
+    let sixth = |point: &NormalisedPoint| {
         let mut away: Vec<f64> = points.iter().map(|other| other.at.distance(point.at)).collect();
         of_rank(&mut away, 6)
     };
@@ -264,9 +265,9 @@ fn spacing(points: &[Point]) -> f64 {
 
 /// Fits a plane to points, each by the inverse of its tolerance; what is nearly plumb or level becomes so. `None` for fewer than
 /// three points.
-pub fn fitted(points: &[Point], members: &[u32], up: Option<DVec3>) -> Option<(Plane, Kind)> {
+pub fn fitted(points: &[NormalisedPoint], members: &[u32], up: Option<DVec3>) -> Option<(Plane, PlaneKind)> {
     let of = || members.iter().map(|i| &points[*i as usize]);
-    let weight = |point: &Point| tolerance(point).powi(-2);
+    let weight = |point: &NormalisedPoint| tolerance(point).powi(-2);
     let total: f64 = of().map(weight).sum();
     if members.len() < 3 || total <= 0.0 {
         return None;
@@ -294,18 +295,18 @@ pub fn fitted(points: &[Point], members: &[u32], up: Option<DVec3>) -> Option<(P
     };
     let normal = least(None);
     let Some(up) = up else {
-        return Some((facing(Plane { normal, point: middle }, eye), Kind::Sloped));
+        return Some((facing(Plane { normal, point: middle }, eye), PlaneKind::Sloped));
     };
     let (normal, kind) = match normal.dot(up).abs() {
-        rise if rise < PLUMB => (least(Some(up)), Kind::Plumb),
-        rise if rise > LEVEL => (up, Kind::Level),
-        _ => (normal, Kind::Sloped),
+        rise if rise < PLUMB => (least(Some(up)), PlaneKind::Plumb),
+        rise if rise > LEVEL => (up, PlaneKind::Level),
+        _ => (normal, PlaneKind::Sloped),
     };
     Some((facing(Plane { normal, point: middle }, eye), kind))
 }
 
 /// Returns the points of the islands of a plane that are large enough to be no chance.
-fn large_islands(points: &[Point], plane: &Plane, members: &[u32], cell: f64) -> Vec<u32> {
+fn large_islands(points: &[NormalisedPoint], plane: &Plane, members: &[u32], cell: f64) -> Vec<u32> {
     let frame = PlaneFrame::from_plane(plane);
     let mut cells: BTreeMap<(i32, i32), Vec<u32>> = BTreeMap::new();
     for i in members {
@@ -333,9 +334,9 @@ fn large_islands(points: &[Point], plane: &Plane, members: &[u32], cell: f64) ->
 }
 
 /// Joins planes that are one within the noise, larger ones first.
-pub fn merged(points: &[Point], mut planes: Vec<PointPlane>, up: DVec3) -> Vec<PointPlane> {
+pub fn merged(points: &[NormalisedPoint], mut planes: Vec<PlaneOfPoints>, up: DVec3) -> Vec<PlaneOfPoints> {
     planes.sort_by_key(|plane| std::cmp::Reverse(plane.members.len()));
-    let mut kept: Vec<PointPlane> = Vec::new();
+    let mut kept: Vec<PlaneOfPoints> = Vec::new();
     for plane in planes {
         match kept.iter_mut().find(|large| is_same(points, large, &plane)) {
             Some(large) => {
@@ -354,7 +355,7 @@ pub fn merged(points: &[Point], mut planes: Vec<PointPlane>, up: DVec3) -> Vec<P
 /// Fewer points than these give a direction that may be 12 degrees off.
 const SMALL: usize = 60;
 
-fn is_same(points: &[Point], large: &PointPlane, small: &PointPlane) -> bool {
+fn is_same(points: &[NormalisedPoint], large: &PlaneOfPoints, small: &PlaneOfPoints) -> bool {
     // The cosines of 12 and of 5 degrees.
     let least = if small.members.len() < SMALL { 0.978 } else { 0.9962 };
     let mut off: Vec<f64> = small

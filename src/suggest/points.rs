@@ -4,11 +4,11 @@ use glam::DVec3;
 
 use quadratura_base::raster::robust::upper_median;
 
-use super::view::View;
+use super::view::WorkingPhoto;
 
 /// A sparse point as a model is suggested from it.
 #[derive(Debug, Clone)]
-pub struct SeenPoint {
+pub struct SourcePoint {
     /// The position in the cameras' world.
     pub position: DVec3,
     /// The photos that show it, as indices of the photos. Empty where nothing is known about it.
@@ -19,7 +19,7 @@ pub struct SeenPoint {
 
 /// A point in normalised coordinates.
 #[derive(Debug, Clone)]
-pub struct Point {
+pub struct NormalisedPoint {
     /// The position.
     pub at: DVec3,
     /// The photos that show it, or that should where the files do not say.
@@ -46,16 +46,16 @@ const MOST_ERROR: f64 = 0.05;
 /// The frame of all computations: `world = origin + unit * normalised`. The unit is the median distance of points from
 /// their observers.
 #[derive(Debug, Clone, Copy)]
-pub struct Frame {
+pub struct PointFrame {
     /// The points' middle in the cameras' world.
     pub origin: DVec3,
     /// The unit in units of the cameras' world.
     pub unit: f64,
 }
 
-impl Frame {
+impl PointFrame {
     /// Finds the frame; `None` without points.
-    pub fn new(eyes: &[DVec3], points: &[SeenPoint]) -> Option<Self> {
+    pub fn new(eyes: &[DVec3], points: &[SourcePoint]) -> Option<Self> {
         let finite = || points.iter().filter(|point| point.position.is_finite());
         let mut away: Vec<f64> = finite()
             .flat_map(|point| {
@@ -82,13 +82,13 @@ fn nearest(eyes: &[DVec3], point: DVec3) -> impl Iterator<Item = DVec3> {
 }
 
 /// Returns the points that are certain enough, in normalised coordinates.
-pub fn certain(views: &[View], points: &[SeenPoint], frame: &Frame) -> Vec<Point> {
+pub fn certain(views: &[WorkingPhoto], points: &[SourcePoint], frame: &PointFrame) -> Vec<NormalisedPoint> {
     let step = points.len().div_ceil(MOST).max(1);
     let kept = points.iter().step_by(step).filter(|point| point.position.is_finite());
     kept.filter_map(|point| normalised(views, point, frame)).collect()
 }
 
-fn normalised(views: &[View], point: &SeenPoint, frame: &Frame) -> Option<Point> {
+fn normalised(views: &[WorkingPhoto], point: &SourcePoint, frame: &PointFrame) -> Option<NormalisedPoint> {
     let at = (point.position - frame.origin) / frame.unit;
     let is_tracked = !point.observers.is_empty();
     let observers = if is_tracked { point.observers.clone() } else { likely_observers(views, at) };
@@ -101,11 +101,18 @@ fn normalised(views: &[View], point: &SeenPoint, frame: &Frame) -> Option<Point>
     let eye = at + rays.iter().sum::<DVec3>() / rays.len() as f64;
     let away = eye.distance(at);
     let sigma = point.error_rad * away / angle.sin().max(LEAST_ANGLE_RAD);
-    (away > 0.0 && sigma < MOST_ERROR * away).then_some(Point { at, observers, is_tracked, eye, away, sigma })
+    (away > 0.0 && sigma < MOST_ERROR * away).then_some(NormalisedPoint {
+        at,
+        observers,
+        is_tracked,
+        eye,
+        away,
+        sigma,
+    })
 }
 
 /// Returns the three nearest cameras that have a point in their picture.
-fn likely_observers(views: &[View], at: DVec3) -> Vec<u32> {
+fn likely_observers(views: &[WorkingPhoto], at: DVec3) -> Vec<u32> {
     let mut seen: Vec<(f64, u32)> = (0..)
         .zip(views)
         .filter(|(_, view)| view.project(at).is_some())
@@ -117,7 +124,7 @@ fn likely_observers(views: &[View], at: DVec3) -> Vec<u32> {
 
 /// Returns the weight of each pair of photos for comparing them: points that both show, less where the cameras are too near to
 /// each other or too far apart. Rows are sorted, best first.
-pub fn neighbours(views: &[View], points: &[Point]) -> Vec<Vec<u32>> {
+pub fn neighbours(views: &[WorkingPhoto], points: &[NormalisedPoint]) -> Vec<Vec<u32>> {
     let count = views.len();
     let mut common = vec![0u32; count * count];
     for point in points {

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 
-use super::face::Face;
+use super::face::NormalisedFace;
 use super::support::middle;
-use super::view::{View, Warp};
+use super::view::{Warp, WorkingPhoto};
 
 /// The stage that is reported.
 const STAGE: &str = "predict photos";
@@ -67,13 +67,13 @@ impl Judgement {
 }
 
 /// The faces that cover the pixels of a photo.
-struct Coverage {
+struct FaceCoverage {
     first: Vec<u32>,
-    entries: Vec<Entry>,
+    entries: Vec<CoverageEntry>,
 }
 
 #[derive(Clone, Copy)]
-struct Entry {
+struct CoverageEntry {
     face: u16,
     inverse: f32,
     next: u32,
@@ -81,8 +81,8 @@ struct Entry {
 
 const END: u32 = u32::MAX;
 
-impl Coverage {
-    fn new(view: &View, faces: &[Face], given: Option<&[f32]>) -> Self {
+impl FaceCoverage {
+    fn new(view: &WorkingPhoto, faces: &[NormalisedFace], given: Option<&[f32]>) -> Self {
         let mut coverage = Self { first: vec![END; view.known.len()], entries: Vec::new() };
         for (number, face) in (0..).zip(faces) {
             face.pixels(view, |pixel, inverse| coverage.add(pixel, number, inverse as f32));
@@ -95,7 +95,7 @@ impl Coverage {
     }
 
     fn add(&mut self, pixel: usize, face: u16, inverse: f32) {
-        self.entries.push(Entry { face, inverse, next: self.first[pixel] });
+        self.entries.push(CoverageEntry { face, inverse, next: self.first[pixel] });
         self.first[pixel] = (self.entries.len() - 1) as u32;
     }
 
@@ -117,8 +117,8 @@ impl Coverage {
 
 /// The photos with the faces that cover them.
 pub struct Predictor<'a> {
-    views: &'a [View],
-    coverage: Vec<Coverage>,
+    views: &'a [WorkingPhoto],
+    coverage: Vec<FaceCoverage>,
     /// Of each photo the others that are asked.
     others: Vec<Vec<(usize, Warp)>>,
     is_there: Vec<bool>,
@@ -126,11 +126,16 @@ pub struct Predictor<'a> {
 
 impl<'a> Predictor<'a> {
     /// Prepares the prediction; `given` is the inverse depth of a model that stays.
-    pub fn new(views: &'a [View], near: &[Vec<u32>], faces: &[Face], given: Option<&[Vec<f32>]>) -> Self {
+    pub fn new(
+        views: &'a [WorkingPhoto],
+        near: &[Vec<u32>],
+        faces: &[NormalisedFace],
+        given: Option<&[Vec<f32>]>,
+    ) -> Self {
         let coverage = views
             .par_iter()
             .enumerate()
-            .map(|(i, view)| Coverage::new(view, faces, given.map(|given| given[i].as_slice())))
+            .map(|(i, view)| FaceCoverage::new(view, faces, given.map(|given| given[i].as_slice())))
             .collect();
         let asked = |i: usize| {
             let warp = |other: &u32| {
@@ -153,7 +158,12 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// [`quadratura_base::Error::Cancelled`] on request.
-    pub fn useful(&mut self, faces: &[Face], harm: f64, task: &Task) -> Result<(Vec<bool>, Vec<Judgement>)> {
+    pub fn useful(
+        &mut self,
+        faces: &[NormalisedFace],
+        harm: f64,
+        task: &Task,
+    ) -> Result<(Vec<bool>, Vec<Judgement>)> {
         let pixels: usize = self.views.iter().map(|view| view.known.len()).sum();
         let mut order: Vec<(usize, usize)> =
             (0..faces.len()).map(|face| (self.shown(face as u16).iter().sum(), face)).collect();
@@ -192,7 +202,7 @@ impl<'a> Predictor<'a> {
 
     /// Returns the number of pixels of each photo at which a face is nearest.
     fn shown(&self, face: u16) -> Vec<usize> {
-        let count = |coverage: &Coverage| {
+        let count = |coverage: &FaceCoverage| {
             let nearest = |pixel| coverage.nearest(pixel, |f| self.is_there(f, None));
             (0..coverage.first.len()).filter(|pixel| nearest(*pixel).is_some_and(|(f, _)| f == face)).count()
         };
@@ -277,7 +287,7 @@ fn error(predicted: [f64; 3], shown: [f32; 3]) -> f64 {
 }
 
 /// Interpolates the colour of a photo.
-fn colour(view: &View, at: DVec2) -> [f64; 3] {
+fn colour(view: &WorkingPhoto, at: DVec2) -> [f64; 3] {
     use quadratura_base::raster::bilinear::Clamped;
     let (w, taps) = (view.size()[0], Clamped::new(at, view.size()).taps());
     [0, 1, 2].map(|c| taps.iter().map(|(x, y, weight)| f64::from(weight * view.colours[y * w + x][c])).sum())

@@ -2,11 +2,11 @@
 
 use quadratura_base::geometry::Plane;
 
-use super::chart::Chart;
+use super::chart::PlaneChart;
 use super::planes::tolerance;
-use super::points::Point;
+use super::points::NormalisedPoint;
 use super::support::passes;
-use super::view::View;
+use super::view::WorkingPhoto;
 
 /// The share of a ray behind a face from which on it is blocked.
 const BEHIND: f64 = 0.03;
@@ -26,7 +26,12 @@ pub struct Rays {
 
 impl Rays {
     /// Collects the rays of points whose observers are known.
-    pub fn new(plane: &Plane, chart: &Chart, points: &[Point], views: &[View]) -> Self {
+    pub fn new(
+        plane: &Plane,
+        chart: &PlaneChart,
+        points: &[NormalisedPoint],
+        views: &[WorkingPhoto],
+    ) -> Self {
         let mut rays = Self { blocked: Vec::new(), ending: Vec::new() };
         for point in points.iter().filter(|point| point.is_tracked) {
             let is_on = plane.signed_distance(point.at).abs() < tolerance(point);
@@ -50,7 +55,7 @@ impl Rays {
     }
 
     /// Cuts squares out of a mask, those that block most first, until it blocks no more than it may.
-    pub fn cut(&self, mask: &mut [bool], chart: &Chart) {
+    pub fn cut(&self, mask: &mut [bool], chart: &PlaneChart) {
         let columns = chart.size[0].div_ceil(SQUARE);
         let square = |cell: usize| (cell / chart.size[0] / SQUARE) * columns + cell % chart.size[0] / SQUARE;
         let count = columns * chart.size[1].div_ceil(SQUARE);

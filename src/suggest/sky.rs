@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use quadratura_base::raster::robust::quantile;
 
 use super::chart::regions;
-use super::points::Point;
+use super::points::NormalisedPoint;
 use super::support::middle;
-use super::view::{PlaneDepth, View, Warp};
+use super::view::{PlaneDepth, Warp, WorkingPhoto};
 
 /// The steepest gradient of sky, in greys a pixel.
 const PLAIN: f32 = 4.0;
@@ -29,12 +29,17 @@ const FEWEST_SEEDS: f64 = 400.0;
 const ASKED: usize = 4;
 
 /// Returns the probability of sky at each pixel of each photo.
-pub fn skies(views: &[View], points: &[Point], near: &[Vec<u32>], up: DVec3) -> Vec<Vec<f32>> {
+pub fn skies(
+    views: &[WorkingPhoto],
+    points: &[NormalisedPoint],
+    near: &[Vec<u32>],
+    up: DVec3,
+) -> Vec<Vec<f32>> {
     let mut greys: Vec<f32> =
         views.iter().flat_map(|view| view.greys.values.iter().step_by(7).copied()).collect();
     let light = LIGHT * quantile(&mut greys, 0.99).unwrap_or(255.0);
-    let evidence: Vec<Evidence> =
-        views.par_iter().map(|view| Evidence::new(view, points, up, light)).collect();
+    let evidence: Vec<SkyEvidence> =
+        views.par_iter().map(|view| SkyEvidence::new(view, points, up, light)).collect();
     let (mut sky, mut rest) = (vec![1.0f64; STEPS.pow(4)], vec![1.0f64; STEPS.pow(4)]);
     for of in &evidence {
         for (at, bin) in of.bins.iter().enumerate() {
@@ -58,14 +63,14 @@ pub fn skies(views: &[View], points: &[Point], near: &[Vec<u32>], up: DVec3) -> 
 }
 
 /// What one photo says.
-struct Evidence {
+struct SkyEvidence {
     bins: Vec<u16>,
     is_seed: Vec<bool>,
     is_near_point: Vec<bool>,
 }
 
-impl Evidence {
-    fn new(view: &View, points: &[Point], up: DVec3, light: f32) -> Self {
+impl SkyEvidence {
+    fn new(view: &WorkingPhoto, points: &[NormalisedPoint], up: DVec3, light: f32) -> Self {
         let [w, h] = view.size();
         let slope = gradients(&view.greys.values, [w, h]);
         let mut highest = vec![h; w];
@@ -110,7 +115,7 @@ fn gradients(greys: &[f32], [w, h]: [usize; 2]) -> Vec<f32> {
 }
 
 /// Keeps the regions that touch the top and that other photos show in the same direction.
-fn keep_true(sky: &mut [f32], views: &[View], of: usize, near: &[u32]) {
+fn keep_true(sky: &mut [f32], views: &[WorkingPhoto], of: usize, near: &[u32]) {
     let view = &views[of];
     let [w, _] = view.size();
     let likely: Vec<bool> = sky.iter().map(|sky| *sky > 0.5).collect();

@@ -12,27 +12,27 @@ use quadratura_base::scene::Model;
 use quadratura_base::task::Task;
 
 use super::chart::grown;
-use super::face::Face;
+use super::face::NormalisedFace;
 use super::ground::with_ground;
-use super::label::{Candidates, Labels, Subject, labelled};
+use super::label::{LabelCandidates, LabelledPhoto, PhotoLabels, labelled};
 use super::outline::{SLACK_OF_SIDE, outlines};
-use super::planes::{Kind, PointPlane, Search, merged};
-use super::points::{Frame, Point, SeenPoint, certain, neighbours};
+use super::planes::{PlaneKind, PlaneOfPoints, PlaneSearch, merged};
+use super::points::{NormalisedPoint, PointFrame, SourcePoint, certain, neighbours};
 use super::predict::{HARM, HARM_OF_ADDED, Judgement, Predictor};
 use super::rays::Rays;
 use super::sky::skies;
-use super::support::{Support, middle};
+use super::support::{PlaneSupport, middle};
 use super::sweep::swept;
 use super::up::up;
-use super::view::{SeenPhoto, View};
-use super::votes::{Votes, votes};
+use super::view::{SourcePhoto, WorkingPhoto};
+use super::votes::{PlaneVotes, votes};
 
 /// What a model is suggested from.
 pub struct Input<'a> {
     /// The photos.
-    pub photos: &'a [SeenPhoto],
+    pub photos: &'a [SourcePhoto],
     /// The points; observers are indices of `photos`.
-    pub points: &'a [SeenPoint],
+    pub points: &'a [SourcePoint],
     /// The model that is there, in the cameras' world: only what it does not explain is suggested.
     pub given: Option<&'a Model>,
 }
@@ -50,7 +50,7 @@ pub struct SuggestedObject {
     /// The name, such as `wall_3`.
     pub name: String,
     /// How its plane lies.
-    pub kind: Kind,
+    pub kind: PlaneKind,
     /// Its faces.
     pub faces: Vec<SuggestedFace>,
     /// Sparse points on its plane.
@@ -115,7 +115,7 @@ const STAGE_VOTES: &str = "outline faces";
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`] on request.
 pub fn suggest(input: &Input<'_>, task: &Task) -> Result<std::result::Result<Suggestion, Reason>> {
-    let site = match Site::new(input, task)? {
+    let site = match KnownSite::new(input, task)? {
         Ok(site) => site,
         Err(reason) => return Ok(Err(reason)),
     };
@@ -132,8 +132,8 @@ pub fn suggest(input: &Input<'_>, task: &Task) -> Result<std::result::Result<Sug
 
 /// The faces of one way to label the photos, and how well they predict photos.
 struct Attempt {
-    candidates: Candidates,
-    faces: Vec<(Face, Judgement)>,
+    candidates: LabelCandidates,
+    faces: Vec<(NormalisedFace, Judgement)>,
     dropped: usize,
     /// The mean squared error of photos that are left out.
     error: f64,
@@ -144,12 +144,12 @@ struct Attempt {
 const VIOLATIONS: [f32; 2] = [1.5, 0.0];
 
 /// What is known before the search.
-struct Site {
-    frame: Frame,
-    views: Vec<View>,
-    points: Vec<Point>,
+struct KnownSite {
+    frame: PointFrame,
+    views: Vec<WorkingPhoto>,
+    points: Vec<NormalisedPoint>,
     /// The photos at half the working size.
-    coarse: Vec<View>,
+    coarse: Vec<WorkingPhoto>,
     near: Vec<Vec<u32>>,
     up: DVec3,
     /// The inverse depth of the given model in each photo.
@@ -157,7 +157,7 @@ struct Site {
     sky: Vec<Vec<f32>>,
 }
 
-impl Site {
+impl KnownSite {
     fn new(input: &Input<'_>, task: &Task) -> Result<std::result::Result<Self, Reason>> {
         task.step(STAGE_PLANES, 0, 4)?;
         if input.photos.len() < 2 {
@@ -167,9 +167,9 @@ impl Site {
             return Ok(Err(Reason::NoPoints));
         }
         let eyes: Vec<DVec3> = input.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
-        let Some(frame) = Frame::new(&eyes, input.points) else { return Ok(Err(Reason::NoPoints)) };
-        let views: Vec<View> =
-            input.photos.par_iter().map(|photo| View::new(photo, frame.origin, frame.unit)).collect();
+        let Some(frame) = PointFrame::new(&eyes, input.points) else { return Ok(Err(Reason::NoPoints)) };
+        let views: Vec<WorkingPhoto> =
+            input.photos.par_iter().map(|photo| WorkingPhoto::new(photo, frame.origin, frame.unit)).collect();
         let points = certain(&views, input.points, &frame);
         if points.len() < FEWEST_POINTS {
             let spread = eyes.iter().map(|eye| eye.distance(eyes[0])).fold(0.0, f64::max);
@@ -184,15 +184,15 @@ impl Site {
         let coarse = input
             .photos
             .par_iter()
-            .map(|photo| View::new(&photo.halved(), frame.origin, frame.unit))
+            .map(|photo| WorkingPhoto::new(&photo.halved(), frame.origin, frame.unit))
             .collect();
         Ok(Ok(Self { frame, views, points, coarse, near, up, given, sky }))
     }
 
     /// Finds the planes of points, and the ground.
-    fn candidates(&self, task: &Task) -> Result<Candidates> {
+    fn candidates(&self, task: &Task) -> Result<LabelCandidates> {
         task.step(STAGE_PLANES, 2, 4)?;
-        let search = Search::new(&self.points, Some(self.up), 1);
+        let search = PlaneSearch::new(&self.points, Some(self.up), 1);
         let mut search = if self.given.is_some() { search.ending_at_chance() } else { search };
         let planes = search.planes(MOST_PLANES);
         let planes = merged(&self.points, planes, self.up);
@@ -203,19 +203,19 @@ impl Site {
         Ok(candidates)
     }
 
-    fn supported(&self, planes: Vec<PointPlane>) -> Candidates {
-        let support = |plane: &PointPlane| Support::new(plane, &self.points, &self.views, self.up);
+    fn supported(&self, planes: Vec<PlaneOfPoints>) -> LabelCandidates {
+        let support = |plane: &PlaneOfPoints| PlaneSupport::new(plane, &self.points, &self.views, self.up);
         let supports = planes.par_iter().map(support).collect();
-        Candidates { planes, supports, up: self.up, violation: VIOLATIONS[0] }
+        LabelCandidates { planes, supports, up: self.up, violation: VIOLATIONS[0] }
     }
 
     /// Labels all photos.
-    fn labels(&self, candidates: &Candidates, task: &Task) -> Result<Vec<Labels>> {
+    fn labels(&self, candidates: &LabelCandidates, task: &Task) -> Result<Vec<PhotoLabels>> {
         let done = AtomicU64::new(0);
         let total = self.views.len() as u64;
         let label = |of: usize| {
             task.step(STAGE_LABELS, done.fetch_add(1, Ordering::Relaxed), total)?;
-            let subject = Subject {
+            let subject = LabelledPhoto {
                 views: &self.views,
                 of,
                 neighbours: &self.near[of],
@@ -231,7 +231,7 @@ impl Site {
     }
 
     /// Tries planes of points alone and with walls without points, with and without rays, and returns what predicts left-out photos best.
-    fn best_attempt(&self, candidates: Candidates, task: &Task) -> Result<Option<Attempt>> {
+    fn best_attempt(&self, candidates: LabelCandidates, task: &Task) -> Result<Option<Attempt>> {
         let labels = self.labels(&candidates, task)?;
         let found = swept(&self.coarse, &self.near, &self.points, &self.sky, &labels, &candidates, task)?;
         let mut ways = vec![candidates];
@@ -242,7 +242,7 @@ impl Site {
         let mut best: Option<Attempt> = None;
         for way in ways {
             for violation in VIOLATIONS {
-                let candidates = Candidates { violation, ..way.clone() };
+                let candidates = LabelCandidates { violation, ..way.clone() };
                 let labels = first.take().map_or_else(|| self.labels(&candidates, task), Ok)?;
                 let attempt = self.attempt(candidates, &labels, task)?;
                 if best.as_ref().is_none_or(|best| attempt.error < best.error) {
@@ -254,7 +254,7 @@ impl Site {
     }
 
     /// Outlines and checks the faces of labelled photos.
-    fn attempt(&self, candidates: Candidates, labels: &[Labels], task: &Task) -> Result<Attempt> {
+    fn attempt(&self, candidates: LabelCandidates, labels: &[PhotoLabels], task: &Task) -> Result<Attempt> {
         let faces = self.faces(&candidates, labels, task)?;
         let mut predictor = Predictor::new(&self.views, &self.near, &faces, self.given.as_deref());
         let (stays, judgements) =
@@ -262,26 +262,37 @@ impl Site {
         let error = predictor.error();
         let count = faces.len();
         let kept = faces.into_iter().zip(judgements).zip(stays).filter(|(_, stays)| *stays);
-        let faces: Vec<(Face, Judgement)> = kept.map(|(face, _)| face).collect();
+        let faces: Vec<(NormalisedFace, Judgement)> = kept.map(|(face, _)| face).collect();
         let dropped = count - faces.len();
         Ok(Attempt { candidates, faces, dropped, error })
     }
 
     /// Outlines the faces of all planes.
-    fn faces(&self, candidates: &Candidates, labels: &[Labels], task: &Task) -> Result<Vec<Face>> {
+    fn faces(
+        &self,
+        candidates: &LabelCandidates,
+        labels: &[PhotoLabels],
+        task: &Task,
+    ) -> Result<Vec<NormalisedFace>> {
         let each = |number: usize| {
             task.check_cancelled()?;
             let votes = votes(number as u16, candidates, &self.views, labels);
             Ok(votes.map_or_else(Vec::new, |votes| self.faces_of_plane(number, candidates, &votes)))
         };
         task.step(STAGE_VOTES, 0, 1)?;
-        let faces: Result<Vec<Vec<Face>>> = (0..candidates.planes.len()).into_par_iter().map(each).collect();
+        let faces: Result<Vec<Vec<NormalisedFace>>> =
+            (0..candidates.planes.len()).into_par_iter().map(each).collect();
         task.step(STAGE_VOTES, 1, 1)?;
         Ok(faces?.into_iter().flatten().collect())
     }
 
-    fn faces_of_plane(&self, number: usize, candidates: &Candidates, votes: &Votes) -> Vec<Face> {
-        let PointPlane { plane, kind, .. } = &candidates.planes[number];
+    fn faces_of_plane(
+        &self,
+        number: usize,
+        candidates: &LabelCandidates,
+        votes: &PlaneVotes,
+    ) -> Vec<NormalisedFace> {
+        let PlaneOfPoints { plane, kind, .. } = &candidates.planes[number];
         // A cell more closes cracks between faces.
         let mut mask = grown(&votes.mask(*kind, &self.views, plane), votes.chart.size, 1);
         Rays::new(plane, &votes.chart, &self.points, &self.views).cut(&mut mask, &votes.chart);
@@ -290,37 +301,45 @@ impl Site {
         let rings = outlines(&mask, votes.chart.size, slack_of_side)
             .into_iter()
             .flat_map(|outline| outline.rings(&votes.chart));
-        rings.map(|ring| with_votes(Face::new(number, *kind, *plane, ring, &votes.chart), votes)).collect()
+        rings
+            .map(|ring| with_votes(NormalisedFace::new(number, *kind, *plane, ring, &votes.chart), votes))
+            .collect()
     }
 
     /// Names what is suggested and returns it to the cameras' world.
     fn suggestion(
         &self,
-        candidates: &Candidates,
-        faces: Vec<(Face, Judgement)>,
+        candidates: &LabelCandidates,
+        faces: Vec<(NormalisedFace, Judgement)>,
         dropped: usize,
     ) -> Suggestion {
-        let mut objects: BTreeMap<usize, Vec<(Face, Judgement)>> = BTreeMap::new();
+        let mut objects: BTreeMap<usize, Vec<(NormalisedFace, Judgement)>> = BTreeMap::new();
         for (face, judgement) in faces {
             objects.entry(face.number).or_default().push((face, judgement));
         }
-        let worth =
-            |faces: &[(Face, Judgement)]| faces.iter().map(|(_, it)| it.without - it.with).sum::<f64>();
-        let mut objects: Vec<(usize, Vec<(Face, Judgement)>)> = objects.into_iter().collect();
-        let is_ground = |number: usize| candidates.planes[number].kind == Kind::Ground;
+        let worth = |faces: &[(NormalisedFace, Judgement)]| {
+            faces.iter().map(|(_, it)| it.without - it.with).sum::<f64>()
+        };
+        let mut objects: Vec<(usize, Vec<(NormalisedFace, Judgement)>)> = objects.into_iter().collect();
+        let is_ground = |number: usize| candidates.planes[number].kind == PlaneKind::Ground;
         objects.sort_by(|a, b| is_ground(b.0).cmp(&is_ground(a.0)).then(worth(&b.1).total_cmp(&worth(&a.1))));
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        let named = |(number, faces): (usize, Vec<(Face, Judgement)>)| {
+        let named = |(number, faces): (usize, Vec<(NormalisedFace, Judgement)>)| {
             let plane = &candidates.planes[number];
             let count = counts.entry(word(plane.kind)).or_insert(0);
             *count += 1;
-            let ending = if plane.kind == Kind::Thing { ".billboard" } else { "" };
+            let ending = if plane.kind == PlaneKind::Thing { ".billboard" } else { "" };
             self.object(format!("{}_{count}{ending}", word(plane.kind)), plane, &faces)
         };
         Suggestion { objects: objects.into_iter().map(named).collect(), up: self.up, dropped }
     }
 
-    fn object(&self, name: String, plane: &PointPlane, faces: &[(Face, Judgement)]) -> SuggestedObject {
+    fn object(
+        &self,
+        name: String,
+        plane: &PlaneOfPoints,
+        faces: &[(NormalisedFace, Judgement)],
+    ) -> SuggestedObject {
         let world = |at: &DVec3| self.frame.origin + *at * self.frame.unit;
         let count = faces.len().max(1) as f64;
         let sum = faces.iter().fold(Judgement::default(), |sum, (_, it)| sum.and(it));
@@ -340,18 +359,18 @@ impl Site {
 }
 
 /// The word for an object in its name.
-fn word(kind: Kind) -> &'static str {
+fn word(kind: PlaneKind) -> &'static str {
     match kind {
-        Kind::Ground => "ground",
-        Kind::Plumb => "wall",
-        Kind::Level => "level",
-        Kind::Sloped => "roof",
-        Kind::Thing => "thing",
+        PlaneKind::Ground => "ground",
+        PlaneKind::Plumb => "wall",
+        PlaneKind::Level => "level",
+        PlaneKind::Sloped => "roof",
+        PlaneKind::Thing => "thing",
     }
 }
 
 /// Adds the mean votes of the cells that a face covers.
-fn with_votes(mut face: Face, votes: &Votes) -> Face {
+fn with_votes(mut face: NormalisedFace, votes: &PlaneVotes) -> NormalisedFace {
     let cells: Vec<usize> = (0..face.covers.len()).filter(|at| face.covers[*at]).collect();
     let mean =
         |of: &[f32]| cells.iter().map(|at| f64::from(of[*at])).sum::<f64>() / cells.len().max(1) as f64;
@@ -360,10 +379,10 @@ fn with_votes(mut face: Face, votes: &Votes) -> Face {
 }
 
 /// Returns the inverse depth of a model at each pixel of each photo; 0 where it is not.
-fn depths_of_model(model: &Model, views: &[View], frame: &Frame) -> Vec<Vec<f32>> {
+fn depths_of_model(model: &Model, views: &[WorkingPhoto], frame: &PointFrame) -> Vec<Vec<f32>> {
     let corner = |vertex: u32| (model.vertices[vertex as usize] - frame.origin) / frame.unit;
     let tree = Bvh::new(model.triangles.iter().map(|triangle| triangle.map(corner)).collect());
-    let of_view = |view: &View| {
+    let of_view = |view: &WorkingPhoto| {
         let w = view.size()[0];
         let inverse = |at: usize| {
             let hit = tree.first_hit(view.eye, view.ray(middle(at % w, at / w)), f64::INFINITY);

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use quadratura_base::raster::robust::upper_median;
 
-use super::chart::Chart;
-use super::planes::{Kind, PointPlane};
-use super::points::Point;
-use super::view::View;
+use super::chart::PlaneChart;
+use super::planes::{PlaneKind, PlaneOfPoints};
+use super::points::NormalisedPoint;
+use super::view::WorkingPhoto;
 
 /// The distance from its points beyond which a plane is not believed, as a share of the points' distance from their observers.
 pub const REACH: f64 = 0.6;
@@ -24,29 +24,29 @@ const POINT_WEIGHT: f32 = 2.5;
 
 /// What points say about the places of a plane.
 #[derive(Debug, Clone)]
-pub struct Support {
+pub struct PlaneSupport {
     /// The median distance of the points from their observers.
     pub away: f64,
     reach: f32,
-    chart: Chart,
+    chart: PlaneChart,
     /// For each cell the distance from the nearest point, as a share of `away`; upwards it counts half.
     distance: Vec<f32>,
     /// For each cell how surely rays pass through, 0 to 1.
     violation: Vec<f32>,
 }
 
-impl Support {
+impl PlaneSupport {
     /// Collects what points say about a plane.
-    pub fn new(plane: &PointPlane, points: &[Point], views: &[View], up: DVec3) -> Self {
+    pub fn new(plane: &PlaneOfPoints, points: &[NormalisedPoint], views: &[WorkingPhoto], up: DVec3) -> Self {
         let members = || plane.members.iter().map(|i| &points[*i as usize]);
         let away = upper_median(&mut members().map(|point| point.away).collect::<Vec<_>>());
         let seen_from =
             |place: &DVec3| views.iter().map(|view| view.eye.distance(*place)).fold(f64::INFINITY, f64::min);
         let away = away.or_else(|| upper_median(&mut plane.places.iter().map(seen_from).collect::<Vec<_>>()));
         let away = away.unwrap_or(1.0);
-        let reach = if plane.kind == Kind::Ground { REACH_OF_GROUND } else { REACH };
+        let reach = if plane.kind == PlaneKind::Ground { REACH_OF_GROUND } else { REACH };
         let places = || members().map(|point| point.at).chain(plane.places.iter().copied());
-        let chart = Chart::around(&plane.plane, up, places(), reach * away, CELL * away);
+        let chart = PlaneChart::around(&plane.plane, up, places(), reach * away, CELL * away);
         let distance = distances(&chart, places(), away);
         let violation = violations(plane, &chart, points, views);
         Self { away, reach: reach as f32, chart, distance, violation }
@@ -62,7 +62,7 @@ impl Support {
 }
 
 /// Sweeps the distance from points over the cells, until nothing changes.
-fn distances(chart: &Chart, points: impl Iterator<Item = DVec3>, away: f64) -> Vec<f32> {
+fn distances(chart: &PlaneChart, points: impl Iterator<Item = DVec3>, away: f64) -> Vec<f32> {
     let [columns, rows] = chart.size;
     let mut distance = vec![f32::INFINITY; chart.count()];
     points.filter_map(|point| chart.index(point)).for_each(|index| distance[index] = 0.0);
@@ -94,7 +94,7 @@ fn distances(chart: &Chart, points: impl Iterator<Item = DVec3>, away: f64) -> V
 /// Returns where a ray passes through a plane from the front and ends well behind it.
 pub fn passes(
     eye: DVec3,
-    point: &Point,
+    point: &NormalisedPoint,
     plane: &quadratura_base::geometry::Plane,
     margin: f64,
 ) -> Option<DVec3> {
@@ -108,7 +108,12 @@ pub fn passes(
 }
 
 /// Votes of rays against those of points.
-fn violations(plane: &PointPlane, chart: &Chart, points: &[Point], views: &[View]) -> Vec<f32> {
+fn violations(
+    plane: &PlaneOfPoints,
+    chart: &PlaneChart,
+    points: &[NormalisedPoint],
+    views: &[WorkingPhoto],
+) -> Vec<f32> {
     let mut votes = vec![0.0f32; chart.count()];
     for point in plane.members.iter().map(|i| &points[*i as usize]) {
         if let Some(index) = chart.index(point.at) {

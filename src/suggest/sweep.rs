@@ -12,11 +12,11 @@ use quadratura_base::task::Task;
 
 use super::chart::regions;
 use super::compare::Comparer;
-use super::label::{Candidates, FAR, Labels, UNKNOWN, is_front};
-use super::planes::{Kind, PointPlane, is_on};
-use super::points::Point;
+use super::label::{FAR, LabelCandidates, PhotoLabels, UNKNOWN, is_front};
+use super::planes::{PlaneKind, PlaneOfPoints, is_on};
+use super::points::NormalisedPoint;
 use super::support::middle;
-use super::view::View;
+use super::view::WorkingPhoto;
 
 /// The stage that is reported.
 const STAGE: &str = "sweep walls";
@@ -51,7 +51,7 @@ const NONE: u8 = u8::MAX;
 
 /// A photo at half the working size.
 struct Swept<'a> {
-    view: &'a View,
+    view: &'a WorkingPhoto,
     /// What the present label costs by agreement; NaN where a pixel is explained, or tells nothing.
     cost: Vec<f32>,
 }
@@ -61,14 +61,14 @@ struct Swept<'a> {
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`] on request.
 pub fn swept(
-    coarse: &[View],
+    coarse: &[WorkingPhoto],
     near: &[Vec<u32>],
-    points: &[Point],
+    points: &[NormalisedPoint],
     sky: &[Vec<f32>],
-    labels: &[Labels],
-    candidates: &Candidates,
+    labels: &[PhotoLabels],
+    candidates: &LabelCandidates,
     task: &Task,
-) -> Result<Vec<PointPlane>> {
+) -> Result<Vec<PlaneOfPoints>> {
     let step = coarse.len().div_ceil(PHOTOS).max(1);
     let chosen: Vec<usize> = (0..coarse.len()).step_by(step).collect();
     let comparers: Vec<Comparer<'_>> =
@@ -91,7 +91,7 @@ pub fn swept(
         Ok(each.map(|(photo, comparer)| disagreements(photo, comparer, plane, candidates.ground())).collect())
     };
     let all: Vec<Vec<Vec<u8>>> = trials.par_iter().map(judge).collect::<Result<_>>()?;
-    let mut found: Vec<PointPlane> = Vec::new();
+    let mut found: Vec<PlaneOfPoints> = Vec::new();
     let mut is_used = vec![false; trials.len()];
     while found.len() < MOST {
         task.check_cancelled()?;
@@ -111,17 +111,17 @@ pub fn swept(
         }
         let places = places(&mut photos, &own, &plane);
         let members = (0..).zip(points).filter(|(_, point)| is_on(point, &plane)).map(|(i, _)| i).collect();
-        found.push(PointPlane { plane, kind: Kind::Plumb, members, places });
+        found.push(PlaneOfPoints { plane, kind: PlaneKind::Plumb, members, places });
     }
     Ok(found)
 }
 
 /// Returns what the label of each pixel at half size costs; NaN where it is explained or plain.
 fn unexplained(
-    coarse: &[View],
+    coarse: &[WorkingPhoto],
     of: usize,
     comparer: &Comparer<'_>,
-    labels: &[Labels],
+    labels: &[PhotoLabels],
     sky: &[Vec<f32>],
 ) -> Vec<f32> {
     let [w, h] = coarse[of].size();
@@ -140,9 +140,9 @@ fn unexplained(
 }
 
 /// Returns the planes that are tried: along and across the largest walls, at all distances in front of the cameras.
-fn trials(candidates: &Candidates, eye: DVec3) -> Vec<Plane> {
-    let mut walls: Vec<&PointPlane> =
-        candidates.planes.iter().filter(|plane| plane.kind == Kind::Plumb).collect();
+fn trials(candidates: &LabelCandidates, eye: DVec3) -> Vec<Plane> {
+    let mut walls: Vec<&PlaneOfPoints> =
+        candidates.planes.iter().filter(|plane| plane.kind == PlaneKind::Plumb).collect();
     walls.sort_by_key(|plane| std::cmp::Reverse(plane.members.len()));
     let mut directions: Vec<DVec3> = Vec::new();
     for wall in walls {

@@ -9,9 +9,9 @@ use quadratura_base::scene::Model;
 use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at};
 use quadratura_base::task::Task;
 
-use super::planes::Kind;
+use super::planes::PlaneKind;
 use super::support::middle;
-use super::{Input, Reason, SeenPhoto, SeenPoint, SuggestedObject, Suggestion, suggest};
+use super::{Input, Reason, SourcePhoto, SourcePoint, SuggestedObject, Suggestion, suggest};
 
 /// A site whose every surface has a texture.
 struct Invented {
@@ -50,7 +50,7 @@ impl Invented {
         (Bvh::new(triangles), objects)
     }
 
-    fn photos(&self) -> Vec<SeenPhoto> {
+    fn photos(&self) -> Vec<SourcePhoto> {
         let (tree, objects) = self.surface();
         let photo = |(camera, pose): &(Pinhole, Pose)| {
             let eye = pose.center_in_world();
@@ -66,13 +66,13 @@ impl Invented {
                 }
             };
             let rect = PixelRect::of_size(camera.width, camera.height);
-            SeenPhoto { camera: *camera, pose: *pose, pixels: Image::from_fn(rect, shade) }
+            SourcePhoto { camera: *camera, pose: *pose, pixels: Image::from_fn(rect, shade) }
         };
         self.cameras.iter().map(photo).collect()
     }
 
     /// Points on all surfaces with those cameras that see them; each is off by about half a pixel of two cameras.
-    fn points(&self, count: usize) -> Vec<SeenPoint> {
+    fn points(&self, count: usize) -> Vec<SourcePoint> {
         let (tree, _) = self.surface();
         let mut rng = Rng::new(5);
         let mut points = Vec::new();
@@ -94,7 +94,7 @@ impl Invented {
             if observers.len() > 1 {
                 let mut noise = || rng.between(-1.0, 1.0) * 0.0008 * t;
                 let position = at + DVec3::new(noise(), noise(), noise());
-                points.push(SeenPoint { position, observers, error_rad: 0.5 / camera.fx });
+                points.push(SourcePoint { position, observers, error_rad: 0.5 / camera.fx });
             }
         }
         points
@@ -137,7 +137,7 @@ fn texture(at: DVec3, object: u32) -> u8 {
         .clamp(5.0, 200.0) as u8
 }
 
-fn answer(photos: &[SeenPhoto], points: &[SeenPoint]) -> Result<Suggestion, Reason> {
+fn answer(photos: &[SourcePhoto], points: &[SourcePoint]) -> Result<Suggestion, Reason> {
     suggest(&Input { photos, points, given: None }, &Task::silent()).unwrap()
 }
 
@@ -157,9 +157,12 @@ fn area(object: &SuggestedObject) -> f64 {
 fn assert_court(found: &Suggestion, site: &Invented, scale: f64, up: DVec3) {
     let tilt = found.up.angle_between(up).to_degrees();
     assert!(tilt < 0.2, "up is {tilt} degrees off");
-    for (object, kind) in
-        [("ground", Kind::Ground), ("north", Kind::Plumb), ("west", Kind::Plumb), ("east", Kind::Plumb)]
-    {
+    for (object, kind) in [
+        ("ground", PlaneKind::Ground),
+        ("north", PlaneKind::Plumb),
+        ("west", PlaneKind::Plumb),
+        ("east", PlaneKind::Plumb),
+    ] {
         let id = site.model.object_named(object).unwrap();
         let truth = site.model.face(site.model.object(id).faces[0]).plane;
         // A point of each candidate is 10 away from its observers, and may be off by 0.2 %.
@@ -195,11 +198,11 @@ fn a_court_is_found_wherever_it_is_and_however_large() {
     let to = Similarity { scale: 1000.0, rotation, translation: DVec3::new(4e5, -5e6, 100.0) };
     let moved = Invented::court().moved(&to);
     // The texture is made where the site was.
-    let photos: Vec<SeenPhoto> = Invented::court()
+    let photos: Vec<SourcePhoto> = Invented::court()
         .photos()
         .into_iter()
         .zip(&moved.cameras)
-        .map(|(photo, (_, pose))| SeenPhoto { pose: *pose, ..photo })
+        .map(|(photo, (_, pose))| SourcePhoto { pose: *pose, ..photo })
         .collect();
     let mut points = Invented::court().points(2500);
     points.iter_mut().for_each(|point| point.position = to.apply(point.position));
@@ -244,12 +247,12 @@ fn too_little_is_refused_with_the_reason() {
     assert_eq!(answer(&photos[..1], &points).unwrap_err(), Reason::FewPhotos);
     assert_eq!(answer(&photos, &[]).unwrap_err(), Reason::NoPoints);
     assert_eq!(answer(&photos, &points[..5]).unwrap_err(), Reason::FewPoints);
-    let turned: Vec<SeenPhoto> = photos
+    let turned: Vec<SourcePhoto> = photos
         .iter()
         .map(|photo| {
             let rotation = photo.pose.rotation;
             let pose = Pose { rotation, translation: -(rotation * photos[0].pose.center_in_world()) };
-            SeenPhoto { pose, ..photo.clone() }
+            SourcePhoto { pose, ..photo.clone() }
         })
         .collect();
     assert_eq!(answer(&turned, &points).unwrap_err(), Reason::OnePlace);
@@ -262,7 +265,7 @@ fn without_tracks_and_with_wild_observations_fewer_faces_are_suggested() {
     let mut points = site.points(1500);
     points.iter_mut().for_each(|point| point.observers.clear());
     let found = answer(&photos, &points).unwrap();
-    assert!(found.objects.iter().any(|object| object.kind == Kind::Plumb));
+    assert!(found.objects.iter().any(|object| object.kind == PlaneKind::Plumb));
     let (mut rng, mut noise) = (Rng::new(9), Rng::new(10));
     let mut points = site.points(1500);
     for point in points.iter_mut().filter(|_| rng.chance(0.2)) {
@@ -283,7 +286,7 @@ fn cameras_on_one_line_are_enough_for_the_wall_opposite() {
     }
     let found = suggested(&site);
     assert!(found.up.angle_between(DVec3::Z).to_degrees() < 0.5);
-    assert!(found.objects.iter().any(|object| object.kind == Kind::Plumb));
+    assert!(found.objects.iter().any(|object| object.kind == PlaneKind::Plumb));
 }
 
 #[test]
@@ -305,6 +308,6 @@ fn what_the_given_model_explains_is_not_suggested_again() {
         }
     }
     let found = with(&site.model.without(|object| object.name == "west")).unwrap();
-    let west = found.objects.iter().filter(|object| object.kind == Kind::Plumb).map(area).sum::<f64>();
+    let west = found.objects.iter().filter(|object| object.kind == PlaneKind::Plumb).map(area).sum::<f64>();
     assert!((60.0..130.0).contains(&west), "{west} of the west wall's 84");
 }

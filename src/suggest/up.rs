@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use quadratura_align::linear::eigen;
 
-use super::planes::Search;
-use super::points::Point;
-use super::view::View;
+use super::planes::PlaneSearch;
+use super::points::NormalisedPoint;
+use super::view::WorkingPhoto;
 
 /// A plane within 7 degrees of plumb tells about up: the sine of that.
 const NEARLY_PLUMB: f64 = 0.12;
@@ -19,8 +19,8 @@ const MOST_TURN: f64 = 0.9945;
 
 /// Returns the unit direction upwards. Photos are taken level, so that the cameras' x axes lie across it; where all of them look
 /// the same way, their y axes decide. Planes that are nearly plumb then refine it.
-pub fn up(views: &[View], points: &[Point]) -> DVec3 {
-    let back = |view: &View, axis: DVec3| view.pose.rotation.transpose() * axis;
+pub fn up(views: &[WorkingPhoto], points: &[NormalisedPoint]) -> DVec3 {
+    let back = |view: &WorkingPhoto, axis: DVec3| view.pose.rotation.transpose() * axis;
     let mean_up = views.iter().map(|view| -back(view, DVec3::Y)).sum::<DVec3>().normalize_or(DVec3::Z);
     let mut of_cameras = Sum::default();
     views.iter().for_each(|view| of_cameras.add(back(view, DVec3::X), 1.0 / views.len() as f64));
@@ -30,7 +30,7 @@ pub fn up(views: &[View], points: &[Point]) -> DVec3 {
     let mut up = from_cameras;
     for round in 0..2 {
         let mut all = Sum::default();
-        let found = Search::new(points, None, 11 + round).ending_at_chance().planes(PLANES);
+        let found = PlaneSearch::new(points, None, 11 + round).ending_at_chance().planes(PLANES);
         let total: usize = found.iter().map(|plane| plane.members.len()).sum();
         for plane in found.iter().filter(|plane| plane.plane.normal.dot(up).abs() < NEARLY_PLUMB) {
             all.add(plane.plane.normal, plane.members.len() as f64 / total as f64);

@@ -7,7 +7,7 @@ use quadratura_base::raster::Image;
 
 /// A photo as a model is suggested from it.
 #[derive(Debug, Clone)]
-pub struct SeenPhoto {
+pub struct SourcePhoto {
     /// The camera for the size of `pixels`.
     pub camera: Pinhole,
     /// The pose, world to camera.
@@ -17,7 +17,7 @@ pub struct SeenPhoto {
     pub pixels: Image<[u8; 4]>,
 }
 
-impl SeenPhoto {
+impl SourcePhoto {
     /// Returns the photo at half its size.
     pub fn halved(&self) -> Self {
         let small = Halved::new(self);
@@ -70,7 +70,7 @@ impl Greys {
 
 /// A photo at the working size.
 #[derive(Debug, Clone)]
-pub struct View {
+pub struct WorkingPhoto {
     /// The pose, normalised world to camera.
     pub pose: Pose,
     /// The camera's centre.
@@ -85,9 +85,9 @@ pub struct View {
     pub known: Vec<bool>,
 }
 
-impl View {
+impl WorkingPhoto {
     /// Prepares a photo. `world = origin + unit * normalised`.
-    pub fn new(photo: &SeenPhoto, origin: DVec3, unit: f64) -> Self {
+    pub fn new(photo: &SourcePhoto, origin: DVec3, unit: f64) -> Self {
         let Pose { rotation, translation } = photo.pose;
         let pose = Pose { rotation, translation: (rotation * origin + translation) / unit };
         let fine = Greys { camera: photo.camera, values: photo.pixels.pixels().iter().map(grey).collect() };
@@ -208,7 +208,7 @@ struct Halved {
 }
 
 impl Halved {
-    fn new(photo: &SeenPhoto) -> Self {
+    fn new(photo: &SourcePhoto) -> Self {
         use quadratura_base::raster::halving::OddSide;
         let pixels = photo.pixels.pixels();
         let mean = |four: &[usize]| {

@@ -2,16 +2,16 @@
 
 use glam::{DVec2, DVec3};
 
-use super::chart::{Chart, closed, regions};
-use super::label::{Candidates, GIVEN, Labels, UNKNOWN, is_front};
-use super::planes::Kind;
+use super::chart::{PlaneChart, closed, regions};
+use super::label::{GIVEN, LabelCandidates, PhotoLabels, UNKNOWN, is_front};
+use super::planes::PlaneKind;
 use super::support::middle;
-use super::view::View;
+use super::view::WorkingPhoto;
 
 /// The votes on a plane, one cell a pixel of a photo at the working size.
-pub struct Votes {
+pub struct PlaneVotes {
     /// The raster.
-    pub chart: Chart,
+    pub chart: PlaneChart,
     /// Photos that show the plane there; one that shows it smaller than a cell counts less.
     pub seen: Vec<f32>,
     /// Photos that show something behind it.
@@ -36,9 +36,14 @@ const CLOSED: [u16; 2] = [3, 12];
 const LEAST_CELLS: usize = 60;
 
 /// Collects the votes of all photos on a plane; `None` where no photo is labelled with it.
-pub fn votes(number: u16, candidates: &Candidates, views: &[View], labels: &[Labels]) -> Option<Votes> {
+pub fn votes(
+    number: u16,
+    candidates: &LabelCandidates,
+    views: &[WorkingPhoto],
+    labels: &[PhotoLabels],
+) -> Option<PlaneVotes> {
     let plane = &candidates.planes[usize::from(number)];
-    let shown = |(view, labels): (&View, &Labels)| -> Vec<DVec3> {
+    let shown = |(view, labels): (&WorkingPhoto, &PhotoLabels)| -> Vec<DVec3> {
         let (w, depth) = (view.size()[0], view.inverse_depth(&plane.plane));
         let own = labels.of.iter().enumerate().filter(|(_, label)| **label == number);
         own.map(|(at, _)| view.eye + view.ray(middle(at % w, at / w)) / depth.at(at % w, at / w)).collect()
@@ -49,16 +54,16 @@ pub fn votes(number: u16, candidates: &Candidates, views: &[View], labels: &[Lab
     }
     let focal = views.iter().map(|view| view.camera().fx).fold(0.0, f64::max);
     let cell = candidates.supports[usize::from(number)].away / focal;
-    let chart = Chart::around(&plane.plane, candidates.up, shown.into_iter(), 16.0 * cell, cell);
-    let mut votes = Votes { seen: vec![0.0; chart.count()], passed: vec![0.0; chart.count()], chart };
+    let chart = PlaneChart::around(&plane.plane, candidates.up, shown.into_iter(), 16.0 * cell, cell);
+    let mut votes = PlaneVotes { seen: vec![0.0; chart.count()], passed: vec![0.0; chart.count()], chart };
     for (view, labels) in views.iter().zip(labels) {
         votes.add(number, candidates, view, labels);
     }
     Some(votes)
 }
 
-impl Votes {
-    fn add(&mut self, number: u16, candidates: &Candidates, view: &View, labels: &Labels) {
+impl PlaneVotes {
+    fn add(&mut self, number: u16, candidates: &LabelCandidates, view: &WorkingPhoto, labels: &PhotoLabels) {
         let plane = candidates.planes[usize::from(number)].plane;
         let is_front = is_front(view, &plane);
         let depths: Vec<_> = candidates.planes.iter().map(|plane| view.inverse_depth(&plane.plane)).collect();
@@ -86,7 +91,12 @@ impl Votes {
     }
 
     /// Returns the cells that belong to the plane.
-    pub fn mask(&self, kind: Kind, views: &[View], plane: &quadratura_base::geometry::Plane) -> Vec<bool> {
+    pub fn mask(
+        &self,
+        kind: PlaneKind,
+        views: &[WorkingPhoto],
+        plane: &quadratura_base::geometry::Plane,
+    ) -> Vec<bool> {
         let mut mask: Vec<bool> = self
             .seen
             .iter()
@@ -94,7 +104,7 @@ impl Votes {
             .map(|(seen, passed)| *seen > LEAST_SEEN && *seen > LEAST_SHARE * passed)
             .collect();
         let mut free = vec![true; mask.len()];
-        if kind != Kind::Ground {
+        if kind != PlaneKind::Ground {
             self.cut_cameras(views, plane, &mut free);
         }
         for reach in CLOSED {
@@ -108,7 +118,12 @@ impl Votes {
     }
 
     /// Marks the places just in front of cameras that look through the plane from behind.
-    fn cut_cameras(&self, views: &[View], plane: &quadratura_base::geometry::Plane, free: &mut [bool]) {
+    fn cut_cameras(
+        &self,
+        views: &[WorkingPhoto],
+        plane: &quadratura_base::geometry::Plane,
+        free: &mut [bool],
+    ) {
         for view in views {
             let behind = -plane.signed_distance(view.eye);
             let forward = view.pose.rotation.transpose() * DVec3::Z;

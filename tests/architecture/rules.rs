@@ -15,6 +15,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["projection", "foliage", "ldi"],
     &["layers"],
     &["document"],
+    &["layered_files"],
     &["io"],
     &["handover"],
     &["sites"],
@@ -32,7 +33,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("wgpu", &["gpu/"]),
     ("pollster", &["gpu/"]),
     ("block_compression", &["gpu/blocks.rs"]),
-    ("half", &["gpu/", "io/layered/xcf/"]),
+    ("half", &["gpu/", "layered_files/xcf/"]),
     ("spade", &["base/geometry/"]),
     ("i_overlay", &["base/geometry/"]),
     ("gltf", &["import/models/", "foliage/files/gltf/"]),
@@ -40,18 +41,18 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("image", &["import/photo/", "io/", "page/", "handover/textured/encoded.rs"]),
     ("jpeg_encoder", &["page/"]),
     ("exif", &["import/photo/"]),
-    ("png", &["files/png_error.rs", "import/photo/", "io/"]),
+    ("png", &["files/png_error.rs", "import/photo/", "io/", "layered_files/"]),
     ("csv", &["foliage/files/list.rs"]),
     ("unicode_normalization", &["base/scene/alike.rs"]),
     ("chardetng", &["files/text.rs"]),
     ("encoding_rs", &["files/text.rs"]),
     ("moxcms", &["io/colour.rs"]),
     ("notify_debouncer_full", &["io/watch.rs"]),
-    ("zip", &["io/layered/ora/", "import/cameras/metashape/", "handover/textured/usd/"]),
-    ("flate2", &["files/deflated.rs", "io/layered/", "io/ortho/", "ldi/file/", "import/photo/tiff/"]),
+    ("zip", &["layered_files/ora/", "import/cameras/metashape/", "handover/textured/usd/"]),
+    ("flate2", &["files/deflated.rs", "layered_files/", "io/ortho/", "ldi/file/", "import/photo/tiff/"]),
     ("weezl", &["import/photo/tiff/"]),
-    ("roxmltree", &["io/layered/", "import/cameras/"]),
-    ("tempfile", &["files/", "io/", "page/"]),
+    ("roxmltree", &["layered_files/", "import/cameras/"]),
+    ("tempfile", &["files/", "io/", "layered_files/", "page/"]),
     ("petgraph", &["layers/"]),
     ("sysinfo", &["sites/", "cli/"]),
     ("clap", &["cli/"]),
@@ -98,7 +99,8 @@ pub fn forbidden_rooms(room: &str, manifest: &str) -> Vec<String> {
     };
     let used =
         dependencies(manifest).into_iter().filter_map(|(_, package)| package.strip_prefix("quadratura-"));
-    used.filter(|used| floor_of(used).is_none_or(|floor| floor >= own))
+    used.map(|used| used.replace('-', "_"))
+        .filter(|used| floor_of(used).is_none_or(|floor| floor >= own))
         .map(|used| {
             let below = FLOORS[..own].concat().join(", ");
             format!("src/{room}/Cargo.toml: `{room}` must not use `{used}`: arrows point down to {below}")

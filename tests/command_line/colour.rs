@@ -4,7 +4,7 @@ use std::fs;
 
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, Rgb, RgbImage};
-use quadratura::testing::io::layered::read_layered;
+use quadratura::testing::layered_files::read_layered;
 use quadratura::testing::scene::Samples;
 
 use super::common::adapter;

@@ -8,9 +8,9 @@ use glam::{DMat3, DVec3};
 use quadratura::testing::document::stack::{STACK_VERSION, StackCamera, StackPhoto};
 use quadratura::testing::document::{Element, ImageLayer, Stack};
 use quadratura::testing::geometry::{Pinhole, PixelRect, Pose};
-use quadratura::testing::io::layered::png::write_rgba;
-use quadratura::testing::io::layered::{Depth, Raster};
 use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layered_files::png::write_rgba;
+use quadratura::testing::layered_files::{Depth, Raster};
 use quadratura::testing::layers::ElementIndex;
 use quadratura::testing::scene::{FaceIndex, Photo, Samples};
 

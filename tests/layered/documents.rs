@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::io::layered::psd::{self, PsdVariant};
-use quadratura::testing::io::layered::xcf::{self, XcfVersion};
-use quadratura::testing::io::layered::{
+use quadratura::testing::layered_files::psd::{self, PsdVariant};
+use quadratura::testing::layered_files::xcf::{self, XcfVersion};
+use quadratura::testing::layered_files::{
     Depth, FormatFit, Group, LayerNode, LayeredDocument, PixelLayer, PixelSource, Raster, ora,
 };
 use quadratura::testing::scene::Samples;

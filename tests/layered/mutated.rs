@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use quadratura::testing::io::layered::folder::NewFolder;
-use quadratura::testing::io::layered::psd::PsdVariant;
-use quadratura::testing::io::layered::{Depth, KEY_FILE, read_layered};
+use quadratura::testing::layered_files::folder::NewFolder;
+use quadratura::testing::layered_files::psd::PsdVariant;
+use quadratura::testing::layered_files::{Depth, KEY_FILE, read_layered};
 
 use crate::documents::{Format, LayerPlan, Plan, xcf_of};
 use crate::memory::peak_of;
@@ -181,7 +181,7 @@ fn folder(around: &Path, stack: &[u8], png: &[u8]) -> std::path::PathBuf {
 fn png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let raster = plan(Depth::Eight).layers[0].pixels(Depth::Eight);
-    quadratura::testing::io::layered::png::write_rgba(&mut bytes, &raster, Some(&[7; 200])).unwrap();
+    quadratura::testing::layered_files::png::write_rgba(&mut bytes, &raster, Some(&[7; 200])).unwrap();
     bytes
 }
 

@@ -1,7 +1,9 @@
 //! Parameters beside the pixels of a PSD: density and feather of masks, Blend If, vector masks, layers that the editor
 //! draws.
 
-use quadratura::testing::io::layered::{BlendMode, EditedDocument, EditedLayer, StoredColours, read_layered};
+use quadratura::testing::layered_files::{
+    BlendMode, EditedDocument, EditedLayer, StoredColours, read_layered,
+};
 use quadratura::testing::scene::Samples;
 
 use crate::psd_file::{Coding, File, Layer};

@@ -1,6 +1,6 @@
 //! PSD as others write it.
 
-use quadratura::testing::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
+use quadratura::testing::layered_files::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
 use quadratura::testing::scene::Samples;
 
 use crate::psd_file::{Channel, Coding, File, Layer, unicode};

@@ -5,8 +5,8 @@ use std::path::Path;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use quadratura::testing::document::export_record::ExportFormat;
-use quadratura::testing::io::layered::psd::PsdVariant;
-use quadratura::testing::io::layered::{BlendMode, Depth, EditedDocument, read_layered};
+use quadratura::testing::layered_files::psd::PsdVariant;
+use quadratura::testing::layered_files::{BlendMode, Depth, EditedDocument, read_layered};
 
 use crate::documents::{Format, KEY, Plan, plans, xcf_of};
 

@@ -1,6 +1,6 @@
 //! XCF as GIMP writes it, in all its versions.
 
-use quadratura::testing::io::layered::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
+use quadratura::testing::layered_files::{BlendMode, Depth, EditedDocument, EditedLayer, read_layered};
 use quadratura::testing::scene::Samples;
 
 use crate::xcf_file::{Coding, File, Layer, numbers, parasites};

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use quadratura::testing::geometry::{Pinhole, Pose};
-use quadratura::testing::io::layered::Raster;
-use quadratura::testing::io::layered::png::write_rgba;
+use quadratura::testing::layered_files::Raster;
+use quadratura::testing::layered_files::png::write_rgba;
 use quadratura::testing::projection::model_surface::ModelSurface;
 use quadratura::testing::scene::synthetic::{Rng, Scene};
 use quadratura::testing::scene::{FaceId, Photo, Samples, Site};

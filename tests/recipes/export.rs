@@ -14,8 +14,8 @@ use quadratura::testing::editing::export::{ExportOptions, ExportReport, Exported
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::import::photo::read_photo;
 use quadratura::testing::io::exports::ExportStore;
-use quadratura::testing::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
 use quadratura::testing::io::stack_store::StackStore;
+use quadratura::testing::layered_files::{Depth, EditedLayer, Raster, composite, read_layered};
 use quadratura::testing::layers::Faces;
 use quadratura::testing::scene::{Photo, Samples};
 
@@ -59,7 +59,7 @@ fn covered(project: &Project) -> Vec<bool> {
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     for layer in &project.stack.image_layers {
         let file = folder.join(&layer.needed_file);
-        let mask = quadratura::testing::io::layered::png::read_mask(&file, layer.rect).unwrap();
+        let mask = quadratura::testing::layered_files::png::read_mask(&file, layer.rect).unwrap();
         let whole = PixelRect::of_size(photo.width(), photo.height());
         for (covered, (x, y)) in covered.iter_mut().zip(whole.pixels()) {
             *covered |= mask.holds(x, y);
@@ -225,7 +225,7 @@ fn a_folder_holds_whole_layers_and_a_stack_that_is_true_of_them() {
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     for (exported, layer) in stack.image_layers.iter().zip(&project.stack.image_layers) {
         let (w, h) = (layer.rect.w, layer.rect.h);
-        let read = |file: PathBuf| quadratura::testing::io::layered::png::read_rgba(&file, w, h).unwrap();
+        let read = |file: PathBuf| quadratura::testing::layered_files::png::read_rgba(&file, w, h).unwrap();
         assert_eq!(read(report.path.join(&exported.file)), read(folder.join(&layer.file)));
         assert!(report.path.join(&exported.needed_file).is_file());
     }
@@ -266,7 +266,7 @@ fn an_openraster_file_lists_every_layer_with_its_place_and_its_pixels() {
         let is_selected = found.attribute("selected") == Some("true");
         assert_eq!(is_selected, options.selected.as_ref() == Some(&layer.id), "{}", layer.name);
         let rect = layer.exported_rect;
-        let pixels = quadratura::testing::io::layered::png::read_rgba(&file, rect.w, rect.h).unwrap();
+        let pixels = quadratura::testing::layered_files::png::read_rgba(&file, rect.w, rect.h).unwrap();
         assert_eq!(pixels.hash_at(rect.x, rect.y), layer.pixels, "{}", layer.name);
     }
     assert_eq!(member("quadratura-key.txt"), report.key.as_bytes());

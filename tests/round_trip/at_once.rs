@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use moxcms::ColorProfile;
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::io::layered::Raster;
+use quadratura::testing::layered_files::Raster;
 use serde_json::Value;
 
 use super::paper::{Colour, Paper, Sheet};

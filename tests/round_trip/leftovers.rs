@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use quadratura::testing::geometry::PixelRect;
 use quadratura::testing::import::photo::read_photo;
-use quadratura::testing::io::layered::composite::lay_over;
-use quadratura::testing::io::layered::{Depth, EditedLayer, Raster, read_layered};
+use quadratura::testing::layered_files::composite::lay_over;
+use quadratura::testing::layered_files::{Depth, EditedLayer, Raster, read_layered};
 use serde_json::Value;
 
 use super::paper::Paper;
@@ -76,7 +76,7 @@ fn leftovers_bring_nothing_and_paint_on_them_is_reported_and_not_imported() {
         }
         if format == "folder" {
             let file = std::fs::File::create(studio.file().join("leftovers.png")).unwrap();
-            quadratura::testing::io::layered::png::write_rgba(file, &sheet.pixels, None).unwrap();
+            quadratura::testing::layered_files::png::write_rgba(file, &sheet.pixels, None).unwrap();
         } else {
             paper.write(&studio.file());
         }

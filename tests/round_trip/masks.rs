@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::io::layered::{Depth, Raster};
 use quadratura::testing::io::mask_file::read_mask;
+use quadratura::testing::layered_files::{Depth, Raster};
 
 use super::paper::{Paper, Sheet};
 use super::site::json_of;

@@ -3,7 +3,7 @@
 use std::fs;
 
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::io::layered::{Depth, Raster};
+use quadratura::testing::layered_files::{Depth, Raster};
 
 use super::paper::{Colour, Paper, Sheet, token};
 use super::{RED, Studio, layer, paint_the_wall, states, tree};

@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use quadratura::testing::document::export_record::ExportFormat;
 use quadratura::testing::geometry::PixelRect;
-use quadratura::testing::io::layered::composite::lay_over;
-use quadratura::testing::io::layered::png::write_rgba;
-use quadratura::testing::io::layered::psd::{self, PsdVariant};
-use quadratura::testing::io::layered::xcf::{self, XcfVersion};
-use quadratura::testing::io::layered::{
+use quadratura::testing::layered_files::composite::lay_over;
+use quadratura::testing::layered_files::png::write_rgba;
+use quadratura::testing::layered_files::psd::{self, PsdVariant};
+use quadratura::testing::layered_files::xcf::{self, XcfVersion};
+use quadratura::testing::layered_files::{
     Depth, LayerNode, LayeredDocument, PixelLayer, Raster, ora, read_layered,
 };
 
@@ -42,7 +42,7 @@ pub struct Sheet {
 impl Paper {
     pub fn read(path: &Path) -> Self {
         let document = read_layered(path).unwrap();
-        let sheet = |layer: &quadratura::testing::io::layered::EditedLayer| Sheet {
+        let sheet = |layer: &quadratura::testing::layered_files::EditedLayer| Sheet {
             name: layer.name.clone(),
             rect: layer.rect,
             pixels: layer.pixels.read().unwrap(),

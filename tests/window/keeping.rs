@@ -16,9 +16,9 @@ use quadratura::testing::document::Project;
 use quadratura::testing::document::history::Gesture;
 use quadratura::testing::document::masks::{Mask, MaskOrigin};
 use quadratura::testing::geometry::{PixelRect, Spans};
-use quadratura::testing::io::layered::Raster;
 use quadratura::testing::io::mask_store::MaskStore;
 use quadratura::testing::io::project::{change_project, read_project};
+use quadratura::testing::layered_files::Raster;
 use quadratura::testing::scene::PhotoId;
 
 const CHURCH: &str = "01_church.jpg";

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::Parser;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
-use quadratura_align::{Aligner, Answer, Candidate};
+use quadratura_align::{Aligner, AlignmentAnswer, AlignmentCandidate};
 use quadratura_base::geometry::{Pinhole, Pose, Similarity};
 use quadratura_base::scene::synthetic::Rng;
 use quadratura_base::scene::{Model, SparsePoint};
@@ -92,8 +92,8 @@ fn moved(model: &Model, without: f64, seed: u64) -> (Model, Similarity) {
 }
 
 struct Run {
-    answer: Option<Answer>,
-    found: Vec<Candidate>,
+    answer: Option<AlignmentAnswer>,
+    found: Vec<AlignmentCandidate>,
     errors: Vec<f64>,
     seconds: f64,
 }
@@ -109,7 +109,7 @@ fn run(model: &Model, site: &Measured, truth: Option<Similarity>) -> Run {
         Err(_) => (None, Vec::new()),
     };
     let seconds = start.elapsed().as_secs_f64();
-    let error = |found: &Candidate| {
+    let error = |found: &AlignmentCandidate| {
         truth.map_or(f64::INFINITY, |truth| {
             corner_error(model, &site.cameras, &truth, &found.world_from_model)
         })

@@ -14,9 +14,9 @@ use crate::widget::spinner::Spinner;
 use quadratura_base::scene::PhotoId;
 use quadratura_document::export_record::ExportFormat;
 use quadratura_exports::handover::HandoverFormat;
-use quadratura_io::layered::FORMATS;
-use quadratura_io::layered::format::file_names;
 use quadratura_io::programs::{ImageEditor, check_program};
+use quadratura_layered_files::FORMATS;
+use quadratura_layered_files::format::file_names;
 use std::path::PathBuf;
 
 /// What the dialogs of the round trip depend on.

@@ -33,7 +33,7 @@ struct FrameCounts(Vec<u32>);
 
 /// The frame times of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct FrameReport {
+pub struct FrameTimesReport {
     /// Frames while no job ran.
     pub idle: FrameRecorder,
     /// Frames while at least one job ran.
@@ -86,9 +86,9 @@ impl FrameTimes {
     }
 
     /// Returns the statistics of all frames so far.
-    pub fn report(&self) -> FrameReport {
+    pub fn report(&self) -> FrameTimesReport {
         let tally = self.tally();
-        FrameReport { idle: tally.idle.frames(), while_jobs_ran: tally.while_jobs_ran.frames() }
+        FrameTimesReport { idle: tally.idle.frames(), while_jobs_ran: tally.while_jobs_ran.frames() }
     }
 
     fn tally(&self) -> MutexGuard<'_, FrameTally> {

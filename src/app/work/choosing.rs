@@ -36,7 +36,7 @@ fn asked(wanted: DialogPurpose, dialog: rfd::FileDialog) -> Vec<PathBuf> {
     match wanted {
         DialogPurpose::Layered => dialog
             .set_title("Import edited files")
-            .add_filter("Layered files", &quadratura_io::layered::format::extensions())
+            .add_filter("Layered files", &quadratura_layered_files::format::extensions())
             .pick_files()
             .unwrap_or_default(),
         DialogPurpose::ExportFolder => {

@@ -40,12 +40,12 @@ pub struct LiveProject {
 /// What an update reads: the project as it was published last, and the flags that stop its photos.
 #[derive(Default)]
 struct UpdateInputs {
-    now: Option<Published>,
+    now: Option<ProjectState>,
     stops: PhotoStops,
 }
 
 /// A state of the project.
-struct Published {
+struct ProjectState {
     folder: PathBuf,
     /// What the window has, whatever has changed of it.
     latest: Arc<Opened>,
@@ -74,7 +74,7 @@ impl LiveProject {
         if let Some(before) = before.filter(|_| is_other) {
             stop_changed(&inputs.stops, &before.opened, &opened);
         }
-        inputs.now = Some(Published {
+        inputs.now = Some(ProjectState {
             folder: session.folder.clone(),
             latest: session.opened.clone(),
             opened,

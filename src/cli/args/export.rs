@@ -10,8 +10,8 @@ use super::page::PageArgs;
 use super::{MemoryArg, PartArg, PhotoArgs};
 use quadratura_document::export_record::ExportFormat;
 use quadratura_exports::handover::HandoverFormat;
-use quadratura_io::layered::FORMATS;
-use quadratura_io::layered::format::LayeredFormat;
+use quadratura_layered_files::FORMATS;
+use quadratura_layered_files::format::LayeredFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::graph::{Stage, command, quoted};
+use super::graph::{JobStage, command, quoted};
 
 /// Returns the name of a stage's list, and its commands, one a line.
-pub fn list(stages: &[Stage], at: usize, project: &Path, out: &Path) -> (String, String) {
+pub fn list(stages: &[JobStage], at: usize, project: &Path, out: &Path) -> (String, String) {
     let stage = &stages[at];
     let line = |job| {
         let words = command(stage, job, &project.display().to_string(), out);
@@ -16,14 +16,14 @@ pub fn list(stages: &[Stage], at: usize, project: &Path, out: &Path) -> (String,
 
 /// Returns a script that submits one stage: `cuecmd` knows no dependencies, so each stage is submitted when the one before it is
 /// done.
-pub fn submit(stages: &[Stage]) -> String {
+pub fn submit(stages: &[JobStage]) -> String {
     let mut text = String::from(
         "#!/bin/sh\n\
          # Submits one stage to OpenCue: sh submit.sh STAGE. Submit a stage when the one before it is done; all may be submitted\n\
          # again, because each command leaves alone what is done.\n\
          set -eu\ncd \"$(dirname \"$0\")\"\ncase ${1:-} in\n",
     );
-    for (at, Stage { name, after, cores, memory, .. }) in stages.iter().enumerate() {
+    for (at, JobStage { name, after, cores, memory, .. }) in stages.iter().enumerate() {
         let gigabytes = memory.div_ceil(1 << 30);
         let after = after.map(|after| format!(" # after {after}")).unwrap_or_default();
         text +=

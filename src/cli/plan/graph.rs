@@ -12,7 +12,7 @@ const KEPT_OF_PHOTO: u64 = 24 << 20;
 
 /// What is to be made, and from what.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wanted {
+pub struct PlanRequest {
     /// The project's folder.
     pub project: PathBuf,
     /// The folder of the plan.
@@ -72,7 +72,7 @@ pub enum Word {
 
 /// Jobs that may run side by side. Each is one command, which may be run again: it leaves alone what is done.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stage {
+pub struct JobStage {
     /// The name, of lower-case letters.
     pub name: &'static str,
     /// The stage that has to be done before.
@@ -89,7 +89,7 @@ pub struct Stage {
     pub cores: u32,
 }
 
-impl Stage {
+impl JobStage {
     /// Returns the number of jobs.
     pub fn jobs(&self) -> usize {
         self.inputs.len()
@@ -97,7 +97,7 @@ impl Stage {
 }
 
 /// Returns the stages in an order in which each comes after what it needs.
-pub fn stages(wanted: &Wanted) -> Vec<Stage> {
+pub fn stages(wanted: &PlanRequest) -> Vec<JobStage> {
     let parts = parts_of(wanted.photos.len(), wanted.photos_per_job);
     let photos = |of: &dyn Fn(&PlannedPhoto) -> Vec<PathBuf>| -> Vec<Vec<PathBuf>> {
         parts.iter().map(|part| wanted.photos[part.clone()].iter().flat_map(of).collect()).collect()
@@ -109,7 +109,7 @@ pub fn stages(wanted: &Wanted) -> Vec<Stage> {
     };
     let files = with_site(photos(&|photo| photo.files.clone()));
     let memory = format!("{}", wanted.memory);
-    let stage = |name, after, command: &str, inputs, outputs| Stage {
+    let stage = |name, after, command: &str, inputs, outputs| JobStage {
         name,
         after,
         words: words(command, &memory, wanted.cores),
@@ -185,8 +185,8 @@ fn parts_of(count: usize, per_job: usize) -> Vec<std::ops::Range<usize>> {
 }
 
 /// Returns the graph for programs: for each stage the jobs with their commands, inputs, outputs, memory and cores.
-pub fn to_json(stages: &[Stage], project: &Path, out: &Path) -> Value {
-    let stage = |stage: &Stage| {
+pub fn to_json(stages: &[JobStage], project: &Path, out: &Path) -> Value {
+    let stage = |stage: &JobStage| {
         let jobs = (0..stage.jobs()).map(|job| {
             json!({
                 "command": command(stage, job, &project.display().to_string(), out),
@@ -206,7 +206,7 @@ pub fn to_json(stages: &[Stage], project: &Path, out: &Path) -> Value {
 }
 
 /// Returns the words of a job's command, with the program's name.
-pub fn command(stage: &Stage, job: usize, project: &str, out: &Path) -> Vec<String> {
+pub fn command(stage: &JobStage, job: usize, project: &str, out: &Path) -> Vec<String> {
     let word = |word: &Word| match word {
         Word::Same(word) => word.clone(),
         Word::Project => project.to_owned(),
@@ -230,13 +230,13 @@ pub(super) mod tests {
     use super::*;
 
     /// A plan of 5 photos with all that there is.
-    pub fn all() -> Wanted {
+    pub fn all() -> PlanRequest {
         let photo = |index: u32| PlannedPhoto {
             files: vec![format!("/site/photos/{index}.jpg").into()],
             stack: format!("/site/it's one/stacks/{index}.jpg/stack.json").into(),
             ldi: format!("/site/it's one/cache/ldi/{index}.jpg.ldi").into(),
         };
-        Wanted {
+        PlanRequest {
             project: "/site/it's one".into(),
             out: "/site/jobs".into(),
             photos: (0..5).map(photo).collect(),

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use self::graph::{PlannedFrames, PlannedPhoto, Stage, Wanted, stages, to_json};
+use self::graph::{JobStage, PlanRequest, PlannedFrames, PlannedPhoto, stages, to_json};
 use super::Outcome;
 use super::args::{PlanArgs, Scheduler};
 use super::table::{Table, counted};
@@ -50,7 +50,7 @@ pub fn run(args: &PlanArgs, task: &Task) -> Result<Outcome> {
         }
     };
     let mut table = Table::new(&["stage", "jobs", "after", "memory of a job", "cores"]);
-    for Stage { name, after, memory, cores, inputs, .. } in &stages {
+    for JobStage { name, after, memory, cores, inputs, .. } in &stages {
         let memory = format!("{:.1} GiB", *memory as f64 / f64::from(1 << 30));
         table.row([
             (*name).to_owned(),
@@ -68,7 +68,7 @@ pub fn run(args: &PlanArgs, task: &Task) -> Result<Outcome> {
 }
 
 /// Returns the files of a plan by name.
-fn files(scheduler: Scheduler, stages: &[Stage], wanted: &Wanted) -> Vec<(String, Vec<u8>)> {
+fn files(scheduler: Scheduler, stages: &[JobStage], wanted: &PlanRequest) -> Vec<(String, Vec<u8>)> {
     let (project, out) = (&wanted.project, &wanted.out);
     let mut files = vec![("plan.json".to_owned(), json_bytes(&to_json(stages, project, out)))];
     match scheduler {
@@ -88,7 +88,7 @@ fn files(scheduler: Scheduler, stages: &[Stage], wanted: &Wanted) -> Vec<(String
 }
 
 /// Returns what the arguments ask for, with whole paths.
-fn wanted(args: &PlanArgs, opened: &Opened, task: &Task) -> Result<Wanted> {
+fn wanted(args: &PlanArgs, opened: &Opened, task: &Task) -> Result<PlanRequest> {
     let whole = |path: &Path| fs::canonicalize(path).map_err(Error::io(path, "find it"));
     let project = whole(&args.project)?;
     let store = StackStore::new(&project);
@@ -107,7 +107,7 @@ fn wanted(args: &PlanArgs, opened: &Opened, task: &Task) -> Result<Wanted> {
         let cameras: PathBuf = if cameras.exists() { known(cameras) } else { cameras.to_path_buf() };
         Ok(PlannedFrames { cameras, count: views.list.len(), per_job: args.frames_per_job })
     });
-    Ok(Wanted {
+    Ok(PlanRequest {
         photos: opened.site.photos.iter().map(photo).collect(),
         of_site: std::iter::once(project.join(PROJECT_FILE)).chain(of_site).collect(),
         photos_per_job: args.photos_per_job,

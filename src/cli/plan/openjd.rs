@@ -4,13 +4,13 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::graph::{Stage, Word};
+use super::graph::{JobStage, Word};
 
 /// The longest name of a job that the specification allows.
 const LONGEST_NAME: usize = 64;
 
 /// Returns the job template.
-pub fn template(stages: &[Stage], project: &Path, out: &Path) -> Value {
+pub fn template(stages: &[JobStage], project: &Path, out: &Path) -> Value {
     let name = project.file_name().unwrap_or_default().to_string_lossy();
     let name: String = format!("Quadratura {name}").chars().take(LONGEST_NAME).collect();
     let folder = |name: &str, path: &Path, description: &str| json!({ "name": name, "type": "STRING", "default": path.display().to_string(), "description": description });
@@ -27,7 +27,7 @@ pub fn template(stages: &[Stage], project: &Path, out: &Path) -> Value {
     })
 }
 
-fn step(stage: &Stage) -> Value {
+fn step(stage: &JobStage) -> Value {
     let jobs = stage.jobs();
     let word = |word: &Word| match word {
         Word::Same(word) => word.clone(),

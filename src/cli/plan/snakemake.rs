@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::graph::{Stage, Word, quoted};
+use super::graph::{JobStage, Word, quoted};
 
 /// Returns the content of the `Snakefile`. It reads the inputs of the jobs from `plan.json` beside it.
-pub fn snakefile(stages: &[Stage], project: &Path) -> String {
+pub fn snakefile(stages: &[JobStage], project: &Path) -> String {
     let mut text = String::from(
         "# The jobs of a project, written by `quadratura plan`: run `snakemake --cores N` in this folder.\n\
          # Each job leaves alone what is done, so that all of this may be run again at any time.\n\
@@ -23,8 +23,8 @@ pub fn snakefile(stages: &[Stage], project: &Path) -> String {
     text
 }
 
-fn rule(stage: &Stage) -> String {
-    let Stage { name, after, cores, memory, .. } = stage;
+fn rule(stage: &JobStage) -> String {
+    let JobStage { name, after, cores, memory, .. } = stage;
     let mut inputs =
         vec![format!("lambda wildcards: STAGES[\"{name}\"][\"jobs\"][int(wildcards.part) - 1][\"inputs\"]")];
     inputs.extend(after.map(|after| format!("done(\"{after}\")")));
@@ -39,7 +39,7 @@ fn rule(stage: &Stage) -> String {
 }
 
 /// Returns a word of a command, in which braces stand for values.
-fn shell_word(word: &Word, stage: &Stage) -> String {
+fn shell_word(word: &Word, stage: &JobStage) -> String {
     match word {
         Word::Same(word) => quoted(word).replace('{', "{{").replace('}', "}}"),
         Word::Project => "{PROJECT:q}".to_owned(),

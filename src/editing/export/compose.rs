@@ -19,10 +19,10 @@ use quadratura_document::export_record::{Baseline, ExportedLayer, HelperLayer, H
 use quadratura_document::{Element, ImageLayer, Stack};
 use quadratura_files::hash::hash_file;
 use quadratura_io::baselines::Baselines;
-use quadratura_io::layered::document::LEFTOVERS;
-use quadratura_io::layered::png::read_mask;
-use quadratura_io::layered::srgb::srgb_profile;
-use quadratura_io::layered::{Depth, Group, LayerNode, LayeredDocument, PixelLayer, Raster};
+use quadratura_layered_files::document::LEFTOVERS;
+use quadratura_layered_files::png::read_mask;
+use quadratura_layered_files::srgb::srgb_profile;
+use quadratura_layered_files::{Depth, Group, LayerNode, LayeredDocument, PixelLayer, Raster};
 use quadratura_layers::LayerIndex;
 use quadratura_stacks::layer_pixels::{layer_pixels, unfilled_pixels};
 use quadratura_stacks::paint::PhotoPaint;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
-use quadratura_io::layered::Raster;
+use quadratura_layered_files::Raster;
 
 /// A layer of a document.
 pub struct LaidLayer {

@@ -21,10 +21,10 @@ use super::names::{TREE_GUIDE, guide_name, layer_name};
 use quadratura_base::error::Result;
 use quadratura_document::ImageLayer;
 use quadratura_files::json::to_json;
-use quadratura_io::layered::document::LEFTOVERS;
-use quadratura_io::layered::folder::read::LEFTOVERS_FILE;
-use quadratura_io::layered::folder::{NewFolder, TREE_GUIDE_FILE, guide_file};
-use quadratura_io::layered::{KEY_FILE, LayeredDocument};
+use quadratura_layered_files::document::LEFTOVERS;
+use quadratura_layered_files::folder::read::LEFTOVERS_FILE;
+use quadratura_layered_files::folder::{NewFolder, TREE_GUIDE_FILE, guide_file};
+use quadratura_layered_files::{KEY_FILE, LayeredDocument};
 
 /// The longest readable part of a file name in bytes, so that the name stays below the 255 bytes of file systems.
 const LONGEST_READABLE: usize = 120;

@@ -10,7 +10,7 @@ use std::borrow::Borrow;
 use super::compose::HiddenPixels;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Samples;
-use quadratura_io::layered::{Depth, Raster, Tag};
+use quadratura_layered_files::{Depth, Raster, Tag};
 
 /// The colours in turn, as the editors show them: red, green, blue in 8 bits.
 const COLOURS: [(Tag, [u8; 3]); 6] = [

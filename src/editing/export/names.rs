@@ -1,7 +1,7 @@
 //! Names of layers and groups, which are all that every editor preserves of a layer besides its pixels.
 
-use quadratura_io::layered::document::LONGEST_NAME;
-pub use quadratura_io::layered::document::{TREE_GUIDE, guide_name};
+use quadratura_layered_files::document::LONGEST_NAME;
+pub use quadratura_layered_files::document::{TREE_GUIDE, guide_name};
 
 /// The name of the photo's layer at the bottom.
 pub const REFERENCE: &str = "photo - reference, do not paint here";

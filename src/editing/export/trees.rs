@@ -16,7 +16,7 @@ use quadratura_base::scene::{Model, Photo, Site};
 use quadratura_base::task::Task;
 use quadratura_document::{Project, Trees};
 use quadratura_foliage::{Ball, PlacedTrees, Tree, balls};
-use quadratura_io::layered::{Depth, Raster};
+use quadratura_layered_files::{Depth, Raster};
 use quadratura_trees::mask::ModelNearness;
 use quadratura_trees::{PlantParts, SiteTrees, site_trees};
 

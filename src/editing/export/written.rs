@@ -8,9 +8,9 @@ use quadratura_document::export_record::{ExportFormat, ExportedFile};
 use quadratura_files::atomic::AtomicFile;
 use quadratura_files::hash::hash_file;
 use quadratura_io::exports::{WrittenFiles, exported_file};
-use quadratura_io::layered::folder::NewFolder;
-use quadratura_io::layered::format::{FileFormat, format_of};
-use quadratura_io::layered::{FormatFit, LayeredDocument};
+use quadratura_layered_files::folder::NewFolder;
+use quadratura_layered_files::format::{FileFormat, format_of};
+use quadratura_layered_files::{FormatFit, LayeredDocument};
 
 /// Where a document is written, and as what.
 pub struct DocumentPlace<'a> {

@@ -12,8 +12,8 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::exports::ExportStore;
-use quadratura_io::layered::{Depth, Raster};
 use quadratura_io::paint_store::PaintStore;
+use quadratura_layered_files::{Depth, Raster};
 use quadratura_view::Picture;
 
 /// Returns pictures of at most `longest` pixels in width and height of a layered file's image layers, as they were

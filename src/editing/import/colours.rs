@@ -8,7 +8,7 @@ use super::identify::SortedLayers;
 use super::layer::{LayerPaint, TO_RGB};
 use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::{ExportFormat, RecordedIndex};
-use quadratura_io::layered::{EditedDocument, Raster, StoredColours};
+use quadratura_layered_files::{EditedDocument, Raster, StoredColours};
 
 /// The most colours of a palette.
 const PALETTE: usize = 256;
@@ -63,7 +63,7 @@ pub fn refuse_lost_colours(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_io::layered::Depth;
+    use quadratura_layered_files::Depth;
 
     fn raster(colour: impl Fn(u32) -> [u16; 4]) -> Raster {
         let mut raster = Raster::blank(40, 10, Depth::Sixteen);

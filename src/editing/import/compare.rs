@@ -4,7 +4,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::in_8_bits;
 use quadratura_document::paint::{ERASED, PaintColour, PaintPatch};
 use quadratura_io::colour::Conversion;
-use quadratura_io::layered::{Depth, Raster, Rounding};
+use quadratura_layered_files::{Depth, Raster, Rounding};
 
 /// The largest difference, of 65535, that conversion to another profile and back may cause: three steps of 8 bits.
 /// Editors round, and their tables differ from ours.

@@ -15,7 +15,7 @@ use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLay
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::baselines::Baselines;
 use quadratura_io::colour::Conversion;
-use quadratura_io::layered::{Depth, EditedDocument, ImageTurn};
+use quadratura_layered_files::{Depth, EditedDocument, ImageTurn};
 
 /// An edited file with what is in it.
 #[derive(Clone, Copy)]

@@ -21,8 +21,8 @@ use quadratura_base::task::Task;
 use quadratura_document::Element;
 use quadratura_document::export_record::{ExportFormat, ExportRecord, ExportedLayer, RecordedIndex};
 use quadratura_document::paint::{PaintPatch, PaintedDocument, PaintedLayer};
-use quadratura_io::layered::read_layered;
-use quadratura_io::layered::{EditedDocument, EditedLayer, ImageTurn};
+use quadratura_layered_files::read_layered;
+use quadratura_layered_files::{EditedDocument, EditedLayer, ImageTurn};
 use quadratura_stacks::paint::parts::{LayerParts, PartSource};
 
 /// The contents of an edited file to be imported.

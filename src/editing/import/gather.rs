@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
-use quadratura_io::layered::composite::lay_over;
-use quadratura_io::layered::{BlendMode, EditedLayer, EditedMask, Grey, Raster};
+use quadratura_layered_files::composite::lay_over;
+use quadratura_layered_files::{BlendMode, EditedLayer, EditedMask, Grey, Raster};
 
 /// The combined layers of one token.
 #[derive(Debug)]
@@ -159,7 +159,7 @@ impl<'a> ReadMask<'a> {
 mod tests {
     use super::*;
     use quadratura_base::scene::Samples;
-    use quadratura_io::layered::{Depth, Lazy};
+    use quadratura_layered_files::{Depth, Lazy};
 
     /// Makes a layer of one row at `x` with these opaque grey levels.
     fn layer(name: &str, x: i32, shades: &[u8]) -> EditedLayer {

@@ -9,7 +9,7 @@ use quadratura_base::error::{Error, Result};
 use quadratura_document::export_record::{
     ExportRecord, ExportedLayer, HelperLayer, KEY_DIGITS, RecordedIndex,
 };
-use quadratura_io::layered::{EditedDocument, EditedLayer};
+use quadratura_layered_files::{EditedDocument, EditedLayer};
 
 /// Returns the token of one of `layers` that a name contains: the last one in brackets. Editors append to names
 /// after it (` copy`, `#1`, a NUL).

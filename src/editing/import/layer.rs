@@ -15,8 +15,8 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::{ExportRecord, ExportedLayer, HelperLayer, RecordedIndex};
 use quadratura_document::paint::{PaintPatch, PaintedLayer};
 use quadratura_files::hash::hash_bytes;
-use quadratura_io::layered::image_turn::TURNS;
-use quadratura_io::layered::{Depth, EditedLayer, ImageTurn, Raster, Rounding};
+use quadratura_layered_files::image_turn::TURNS;
+use quadratura_layered_files::{Depth, EditedLayer, ImageTurn, Raster, Rounding};
 
 /// The data that all layers of a document share.
 pub struct DocumentContext<'a> {

@@ -14,9 +14,9 @@ use quadratura_base::geometry::{PixelRect, Spans};
 use quadratura_document::export_record::ExportRecord;
 use quadratura_document::masks::{Mask, MaskChange, MaskOrigin};
 use quadratura_document::paint::ImportedMask;
-use quadratura_io::layered::EditedLayer;
 use quadratura_io::mask_store::MaskStore;
 use quadratura_io::project::{change_project, read_project};
+use quadratura_layered_files::EditedLayer;
 
 /// The mask in a file.
 pub struct FileMask {

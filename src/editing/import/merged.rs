@@ -76,7 +76,7 @@ mod tests {
     use quadratura_base::geometry::PixelRect;
     use quadratura_document::export_record::Baseline;
     use quadratura_document::paint::PaintColour;
-    use quadratura_io::layered::{Depth, Raster};
+    use quadratura_layered_files::{Depth, Raster};
 
     const RECT: PixelRect = PixelRect::of_size(10, 1);
 

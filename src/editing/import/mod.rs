@@ -48,14 +48,15 @@ use quadratura_document::masks::MaskChange;
 use quadratura_document::paint::{PaintBook, PaintImport, PaintedDocument, PaintedView};
 use quadratura_files::stamp::Stamp;
 use quadratura_io::baselines::Baselines;
-use quadratura_io::documents::{documents, is_exported_folder};
+use quadratura_io::documents::documents;
 use quadratura_io::exports::ExportStore;
 use quadratura_io::import_ledger::{ImportLedger, remove_leftovers_of_import};
-use quadratura_io::layered::folder::read::STACK_FILE;
-use quadratura_io::layered::format::file_names;
-use quadratura_io::layered::read_layered;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::project::{change_project, read_project, relative_to};
+use quadratura_layered_files::folder::read::STACK_FILE;
+use quadratura_layered_files::format::file_names;
+use quadratura_layered_files::read_layered;
+use quadratura_layered_files::recognise::is_exported_folder;
 use quadratura_sites::side_by_side::{done_and_failed, one_by_one};
 
 /// Options of [`import`].

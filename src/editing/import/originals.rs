@@ -7,9 +7,9 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::{ExportRecord, ExportedLayer};
 use quadratura_document::paint::PaintBook;
 use quadratura_io::baselines::Baselines;
-use quadratura_io::layered::Raster;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
+use quadratura_layered_files::Raster;
 use quadratura_stacks::layer_pixels::{layer_pixels, unfilled_pixels};
 use quadratura_stacks::paint::PhotoPaint;
 

@@ -12,7 +12,7 @@ use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_document::export_record::ExportRecord;
 use quadratura_document::paint::PaintColour;
-use quadratura_io::layered::{EditedDocument, Raster};
+use quadratura_layered_files::{EditedDocument, Raster};
 
 /// The number of layers, the largest ones, by which the canvas is located.
 const VOTERS: usize = 8;

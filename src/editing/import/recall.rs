@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_files::hash::Hashing;
-use quadratura_io::layered::{EditedLayer, EditedMask};
+use quadratura_layered_files::{EditedLayer, EditedMask};
 
 /// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover
 /// everything they were made from.
@@ -70,7 +70,7 @@ pub fn key_of_layers<'a>(context: &str, layers: &[&'a EditedLayer]) -> Result<Op
 mod tests {
     use super::*;
     use quadratura_base::scene::Samples;
-    use quadratura_io::layered::{BlendMode, Depth, Grey, Lazy, Raster};
+    use quadratura_layered_files::{BlendMode, Depth, Grey, Lazy, Raster};
 
     const RECT: PixelRect = PixelRect { x: 1, y: 2, w: 3, h: 4 };
 

@@ -10,7 +10,7 @@ use super::compare::PlacedRaster;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::raster::bilinear::BilinearCorner;
 use quadratura_document::paint::{ERASED, PaintColour, PaintPatch};
-use quadratura_io::layered::Raster;
+use quadratura_layered_files::Raster;
 
 /// The distance from the neighbourhood's range, of 65535, from which on a colour counts as paint: sharpening
 /// filters overshoot by a tenth of a step in brightness, which is rarely more than half of the range.
@@ -85,7 +85,7 @@ fn is_paint(base: PlacedRaster, colour: PaintColour, x: i32, y: i32, reach: i32)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quadratura_io::layered::Depth;
+    use quadratura_layered_files::Depth;
 
     fn gradient(side: u32) -> Raster {
         let mut raster = Raster::blank(side, side, Depth::Eight);

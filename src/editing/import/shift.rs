@@ -3,7 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use quadratura_base::geometry::PixelRect;
-use quadratura_io::layered::Raster;
+use quadratura_layered_files::Raster;
 
 /// The number of adjacent pixels that form a pattern; three pixels of a photo rarely occur again elsewhere.
 const PATTERN: u32 = 3;

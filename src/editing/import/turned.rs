@@ -9,8 +9,8 @@ use super::shift::shift;
 use crate::import::originals::ExportedPixels;
 use quadratura_base::error::Result;
 use quadratura_document::export_record::ExportRecord;
-use quadratura_io::layered::image_turn::TURNS;
-use quadratura_io::layered::{EditedDocument, ImageTurn};
+use quadratura_layered_files::image_turn::TURNS;
+use quadratura_layered_files::{EditedDocument, ImageTurn};
 
 /// The number of layers that have to agree before the others are left alone.
 const ENOUGH: usize = 3;
@@ -112,7 +112,7 @@ impl PlacedLayer {
 mod tests {
     use super::*;
     use quadratura_base::geometry::PixelRect;
-    use quadratura_io::layered::{Depth, Raster};
+    use quadratura_layered_files::{Depth, Raster};
 
     const PHOTO: (u32, u32) = (60, 40);
 

@@ -37,9 +37,9 @@ use quadratura_document::paint::{PaintBook, PaintPatch, PaintedView, brush_docum
 use quadratura_document::stack::StackPhoto;
 use quadratura_document::stroke::{BrushMode, Stroke};
 use quadratura_document::{Project, Stack};
-use quadratura_io::layered::Depth;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
+use quadratura_layered_files::Depth;
 use quadratura_projection::exposure::ViewExposure;
 use quadratura_projection::twin::{PhotoPosition, ProbedPoint, ProbedTexel, ReferenceRenderer};
 use quadratura_stacks::layer_pixels::layer_pixels;

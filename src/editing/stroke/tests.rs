@@ -102,7 +102,7 @@ fn sixteen(rgb: [u8; 3]) -> PaintColour {
 /// A pixel of a photo of the site.
 fn of_photo(easel: &Easel, photo: &str, x: i32, y: i32) -> [u8; 3] {
     let file = easel.project.parent().unwrap().join("photos").join(photo);
-    let raster = quadratura_io::layered::png::read_rgba(&file, 64, 48).unwrap();
+    let raster = quadratura_layered_files::png::read_rgba(&file, 64, 48).unwrap();
     let [r, g, b, _] = raster.rgba16(x as u32, y as u32).map(in_8_bits);
     [r, g, b]
 }

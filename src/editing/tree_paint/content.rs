@@ -14,10 +14,10 @@ use quadratura_files::json::to_json;
 use quadratura_foliage::files::images::mbuffer_bytes;
 use quadratura_foliage::{BakeOptions, ImageCopy, PaintedSlab, Plant, SlabFrame, finest_copy, slab_pictures};
 use quadratura_io::baselines::Baselines;
-use quadratura_io::layered::composite::lay_over;
-use quadratura_io::layered::folder::NewFolder;
-use quadratura_io::layered::folder::read::STACK_FILE;
-use quadratura_io::layered::{Depth, Group, KEY_FILE, LayerNode, LayeredDocument, PixelLayer, Raster};
+use quadratura_layered_files::composite::lay_over;
+use quadratura_layered_files::folder::NewFolder;
+use quadratura_layered_files::folder::read::STACK_FILE;
+use quadratura_layered_files::{Depth, Group, KEY_FILE, LayerNode, LayeredDocument, PixelLayer, Raster};
 
 /// The images of a species' sub-object, with which kind of slabs they are made.
 pub const IMAGES: BakeOptions = BakeOptions::SLABS;

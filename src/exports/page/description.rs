@@ -11,7 +11,7 @@ pub const VERSION: u32 = 1;
 
 /// The description of a page.
 #[derive(Debug, Serialize)]
-pub struct Description {
+pub struct PageDescription {
     /// [`VERSION`].
     pub version: u32,
     /// The title.

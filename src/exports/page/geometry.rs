@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 
 use super::labels::ByteLabels;
 use super::plane::differences;
-use super::shelf::Shelf;
+use super::shelf::PageShelf;
 use super::tiles::PlacedTiles;
 use quadratura_base::geometry::Plane;
 use quadratura_base::geometry::polygon::{PlaneFrame, fit_plane};
@@ -194,7 +194,7 @@ fn add_layers(chunk: &mut Chunk, inputs: &GeometryInputs, sources: &Sources) {
 }
 
 /// A grid in the plane of a face.
-struct FaceGrid<'a> {
+struct TexelGrid<'a> {
     face: u32,
     frame: &'a PlaneFrame,
     low: DVec2,
@@ -202,7 +202,7 @@ struct FaceGrid<'a> {
     size: [u32; 2],
 }
 
-impl FaceGrid<'_> {
+impl TexelGrid<'_> {
     /// Returns the mapping from positions to cells: across, its offset, up, its offset.
     fn cells_from_position(&self, origin: DVec3) -> [f64; 8] {
         let row = |direction: DVec3, low: f64| {
@@ -217,8 +217,8 @@ impl FaceGrid<'_> {
 
 /// Adds the grids of a kind: faces, mappings, sizes and corners in the sheet that they are packed into. Returns the corners, and the
 /// sheet's size.
-fn add_grids(chunk: &mut Chunk, name: &str, grids: &[FaceGrid], origin: DVec3) -> (Vec<[u32; 2]>, [u32; 2]) {
-    let shelf = Shelf::new(grids.iter().map(|grid| grid.size));
+fn add_grids(chunk: &mut Chunk, name: &str, grids: &[TexelGrid], origin: DVec3) -> (Vec<[u32; 2]>, [u32; 2]) {
+    let shelf = PageShelf::new(grids.iter().map(|grid| grid.size));
     let faces = grids.iter().map(|grid| grid.face.to_le_bytes());
     chunk.add_numbers(format!("{name}_faces"), faces);
     let mappings = grids.iter().flat_map(|grid| grid.cells_from_position(origin));
@@ -238,9 +238,9 @@ pub fn grids(parts: &SiteParts, origin: DVec3) -> Chunk {
         .filter_map(|face| Some((face, parts.relief.of(face)?)))
         .filter(|(_, of)| of.largest() > 0.0)
         .collect();
-    let grids: Vec<FaceGrid> = relief
+    let grids: Vec<TexelGrid> = relief
         .iter()
-        .map(|(face, of)| FaceGrid {
+        .map(|(face, of)| TexelGrid {
             face: face.0,
             frame: &of.frame,
             low: of.low,
@@ -271,9 +271,9 @@ fn add_continuation(chunk: &mut Chunk, parts: &SiteParts, origin: DVec3) {
     let faces = parts.skirts.model.face_ids().filter(|face| !parts.skirts.holds(*face));
     let continued: Vec<(FaceId, &FaceColours)> =
         faces.filter_map(|face| Some((face, parts.continuation.of(face)?))).collect();
-    let grids: Vec<FaceGrid> = continued
+    let grids: Vec<TexelGrid> = continued
         .iter()
-        .map(|(face, of)| FaceGrid {
+        .map(|(face, of)| TexelGrid {
             face: face.0,
             frame: &of.frame,
             low: of.low,

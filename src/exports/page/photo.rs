@@ -3,9 +3,9 @@
 
 use glam::DVec2;
 
-use super::labels::Labels;
+use super::labels::TextLabels;
 use super::plane::{halved, in_16_steps};
-use super::tiles::{TileGrid, Tiled};
+use super::tiles::{TileGrid, TiledPhoto};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::PhotoId;
@@ -23,7 +23,7 @@ pub struct ComposedPhoto {
     /// The pixels that layers show, sRGB, 3 bytes each; 0 where none does.
     pub rgb: Vec<u8>,
     /// The layers that show each pixel.
-    pub labels: Labels,
+    pub labels: TextLabels,
     /// Confidence, without the photo's border, in 255ths.
     pub trust: Vec<u8>,
     /// Agreement, in 255ths; 255 where no layer shows the pixel.
@@ -33,7 +33,7 @@ pub struct ComposedPhoto {
     /// The pixels of layers that one sees through, with their colours.
     see_through: Vec<(usize, [u8; 3])>,
     /// What layers have beside their visible pixels.
-    pub tiled: Vec<Tiled>,
+    pub tiled: Vec<TiledPhoto>,
 }
 
 /// Composes a photo. `texels` has the texels of its image layers, `agreement` how far others confirm them.
@@ -52,7 +52,7 @@ pub fn composed(
     let mut photo = ComposedPhoto {
         size,
         rgb: vec![0; 3 * count],
-        labels: Labels::new(count),
+        labels: TextLabels::new(count),
         trust: vec![0; count],
         agreement: vec![u8::MAX; count],
         outlines: vec![u8::MAX; count],
@@ -110,7 +110,7 @@ impl ComposedPhoto {
                 let [r, g, b, _] = texels[at];
                 Some(([r, g, b, trust[at]], u8::MAX))
             };
-            self.tiled.push(Tiled { layer, grid: TileGrid::halved(rect, texel), has_matte: false });
+            self.tiled.push(TiledPhoto { layer, grid: TileGrid::halved(rect, texel), has_matte: false });
         }
     }
 
@@ -154,7 +154,7 @@ impl ComposedPhoto {
 }
 
 /// Returns the whole of a layer that one sees through, with its matte, at its full size.
-fn whole(layer: LayerTextureId, pixels: &LayerTexturePixels) -> Option<Tiled> {
+fn whole(layer: LayerTextureId, pixels: &LayerTexturePixels) -> Option<TiledPhoto> {
     let matte = pixels.matte.as_ref()?;
     let trust = trust_of(pixels);
     let texels = pixels.rgba.as_chunks::<4>().0;
@@ -165,7 +165,7 @@ fn whole(layer: LayerTextureId, pixels: &LayerTexturePixels) -> Option<Tiled> {
     };
     let shown: Vec<bool> = texels.iter().map(|texel| texel[3] > 0).collect();
     let rect = bounds(pixels.rect, &shown)?;
-    Some(Tiled { layer, grid: TileGrid::whole(rect, texel), has_matte: true })
+    Some(TiledPhoto { layer, grid: TileGrid::whole(rect, texel), has_matte: true })
 }
 
 /// Returns the confidence of a layer's texels in 255ths: their alpha, with the ramp towards what the photo does not show.

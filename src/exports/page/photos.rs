@@ -36,7 +36,7 @@ pub struct PackedPhoto {
 
 /// How photos are packed.
 #[derive(Debug, Clone, Copy)]
-pub struct Packing {
+pub struct PhotoPacking {
     /// The quality of JPEGs.
     pub quality: u8,
     /// The longest side, in pixels.
@@ -67,7 +67,7 @@ impl PackedPhoto {
         composed: &ComposedPhoto,
         labels: &ByteLabels,
         gains: &Gains,
-        packing: &Packing,
+        packing: &PhotoPacking,
     ) -> Self {
         let turned = !packing.upright && composed.size[1] > composed.size[0];
         let rgb = surrounded(composed.size, composed.rgb.clone(), |at| composed.labels.is_claimed(at));

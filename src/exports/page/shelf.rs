@@ -4,14 +4,14 @@
 const WIDTH: u32 = 1024;
 
 /// The places of rectangles in a sheet.
-pub struct Shelf {
+pub struct PageShelf {
     /// The corners, in the order in which the rectangles were given.
     pub corners: Vec<[u32; 2]>,
     /// The sheet's width and height, 1 at least.
     pub size: [u32; 2],
 }
 
-impl Shelf {
+impl PageShelf {
     /// Packs rectangles of these sizes.
     pub fn new(sizes: impl Iterator<Item = [u32; 2]>) -> Self {
         let sizes: Vec<[u32; 2]> = sizes.collect();
@@ -42,7 +42,7 @@ mod tests {
         let mut rng = Rng::new(3);
         let sizes: Vec<[u32; 2]> =
             (0..200).map(|_| [0; 2].map(|_: u32| rng.between(1.0, 300.0) as u32)).collect();
-        let shelf = Shelf::new(sizes.iter().copied());
+        let shelf = PageShelf::new(sizes.iter().copied());
         let ends = |at: usize| [0, 1].map(|axis| shelf.corners[at][axis] + sizes[at][axis]);
         for a in 0..sizes.len() {
             assert!((0..2).all(|axis| ends(a)[axis] <= shelf.size[axis]));

@@ -15,7 +15,7 @@ pub const PAGE: usize = 2048;
 const ACROSS: usize = PAGE / SLOT;
 
 /// A cell: sRGB and confidence, and the matte.
-type Cell = ([u8; 4], u8);
+type TileCell = ([u8; 4], u8);
 
 /// The cells of a layer.
 pub struct TileGrid {
@@ -25,11 +25,11 @@ pub struct TileGrid {
     pub corner: [i32; 2],
     /// The number of columns and rows.
     size: [usize; 2],
-    cells: Vec<Option<Cell>>,
+    cells: Vec<Option<TileCell>>,
 }
 
 /// A layer with cells.
-pub struct Tiled {
+pub struct TiledPhoto {
     /// The layer.
     pub layer: LayerTextureId,
     /// Its cells.
@@ -40,13 +40,13 @@ pub struct Tiled {
 
 impl TileGrid {
     /// Makes cells of single pixels.
-    pub fn whole(rect: PixelRect, texel: impl Fn(i32, i32) -> Option<Cell>) -> Self {
+    pub fn whole(rect: PixelRect, texel: impl Fn(i32, i32) -> Option<TileCell>) -> Self {
         let cells = rect.pixels().map(|(x, y)| texel(x, y)).collect();
         Self { pixels: 1, corner: [rect.x, rect.y], size: [rect.w as usize, rect.h as usize], cells }
     }
 
     /// Makes cells of two by two pixels, the mean of what is there of them, in linear light.
-    pub fn halved(rect: PixelRect, texel: impl Fn(i32, i32) -> Option<Cell>) -> Self {
+    pub fn halved(rect: PixelRect, texel: impl Fn(i32, i32) -> Option<TileCell>) -> Self {
         let corner = [rect.x.div_euclid(2) * 2, rect.y.div_euclid(2) * 2];
         let size =
             [rect.right() - corner[0], rect.bottom() - corner[1]].map(|side| (side as usize).div_ceil(2));
@@ -55,9 +55,9 @@ impl TileGrid {
             let [x, y] = [at % size[0], at / size[0]];
             let [x, y] = [corner[0] + 2 * x as i32, corner[1] + 2 * y as i32];
             let four = [(0, 0), (1, 0), (0, 1), (1, 1)];
-            let found: Vec<Cell> = four.iter().filter_map(|(dx, dy)| texel(x + dx, y + dy)).collect();
+            let found: Vec<TileCell> = four.iter().filter_map(|(dx, dy)| texel(x + dx, y + dy)).collect();
             let mean =
-                |value: &dyn Fn(&Cell) -> f32| found.iter().map(value).sum::<f32>() / found.len() as f32;
+                |value: &dyn Fn(&TileCell) -> f32| found.iter().map(value).sum::<f32>() / found.len() as f32;
             let byte = |value: f32| (value + 0.5) as u8;
             (!found.is_empty()).then(|| {
                 let [r, g, b] = [0, 1, 2].map(|c| srgb.encoded(mean(&|cell| srgb.linear(cell.0[c]))));
@@ -75,7 +75,7 @@ impl TileGrid {
 
     /// Returns the cell in a column and row, which may lie beyond the grid. Within two cells of content an empty one has the mean
     /// colour of what is beside it, and no confidence.
-    fn at(&self, x: i64, y: i64) -> Option<Cell> {
+    fn at(&self, x: i64, y: i64) -> Option<TileCell> {
         let own = |x: i64, y: i64| {
             let [column, row] = [(x, self.size[0]), (y, self.size[1])]
                 .map(|(at, size)| usize::try_from(at).ok().filter(|at| *at < size));
@@ -86,8 +86,8 @@ impl TileGrid {
         }
         [1i64, 2].into_iter().find_map(|reach| {
             let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
-            let found: Vec<Cell> = around.filter_map(|(dx, dy)| own(x + dx, y + dy)).collect();
-            let mean = |value: &dyn Fn(&Cell) -> u8| {
+            let found: Vec<TileCell> = around.filter_map(|(dx, dy)| own(x + dx, y + dy)).collect();
+            let mean = |value: &dyn Fn(&TileCell) -> u8| {
                 (found.iter().map(|cell| u32::from(value(cell))).sum::<u32>() / found.len().max(1) as u32)
                     as u8
             };
@@ -125,7 +125,7 @@ pub struct PlacedTiles {
 
 /// A page of tiles.
 pub struct TilePage {
-    cells: Vec<Option<Cell>>,
+    cells: Vec<Option<TileCell>>,
     rows: usize,
 }
 
@@ -142,7 +142,7 @@ impl TilePages {
     /// Adds a layer; `full` gets each page that is full.
     pub fn add<E>(
         &mut self,
-        tiled: &Tiled,
+        tiled: &TiledPhoto,
         mut full: impl FnMut(TilePage) -> Result<(), E>,
     ) -> Result<(), E> {
         let grid = &tiled.grid;
@@ -231,7 +231,7 @@ mod tests {
         let grid = TileGrid::halved(rect, texel);
         assert_eq!((grid.tiles(), grid.corner), ([4, 2], [-4, 10]));
         let mut pages = TilePages::default();
-        let tiled = Tiled { layer: LayerTextureId(3), grid, has_matte: false };
+        let tiled = TiledPhoto { layer: LayerTextureId(3), grid, has_matte: false };
         pages.add::<()>(&tiled, |_| Err(())).unwrap();
         assert_eq!(pages.placed[0].slots, [1, 0, 0, 0, 0, 0, 0, 0]);
         let page = pages.last().unwrap();

@@ -4,14 +4,14 @@ use glam::DVec3;
 
 use super::description::{
     DescribedBlend, DescribedExposure, DescribedPage, DescribedPhoto, DescribedTour, DescribedView,
-    Description, VERSION,
+    PageDescription, VERSION,
 };
 use super::dome::dome;
 use super::geometry::{GeometryInputs, geometry, grids};
 use super::labels::ByteLabels;
 use super::options::{LeavingPhoto, PageOptions, PagePart, Published};
 use super::photo::composed;
-use super::photos::{IN_A_CHUNK, PackedPhoto, Packing, PhotoToPack};
+use super::photos::{IN_A_CHUNK, PackedPhoto, PhotoPacking, PhotoToPack};
 use super::place_texts::{DescribedText, read_texts};
 use super::plane::{differences, in_8_steps, in_16_steps};
 use super::safe::{PhotoMap, SafeSearch, half_trust};
@@ -49,15 +49,15 @@ pub struct PageWriter<'a> {
     options: &'a PageOptions,
     origin: DVec3,
     up: DVec3,
-    start: View,
-    views: Vec<View>,
+    start: PageView,
+    views: Vec<PageView>,
     texts: Vec<DescribedText>,
     left_out: Vec<String>,
 }
 
 /// A view with a name.
 #[derive(Clone)]
-struct View {
+struct PageView {
     name: String,
     pose: Pose,
     /// Half the angle of view from top to bottom, as a tangent.
@@ -91,11 +91,11 @@ impl<'a> PageWriter<'a> {
     ) -> Result<Self> {
         let origin = if options.keep_coordinates { DVec3::ZERO } else { middle(opened, ids) };
         let bookmarks = &opened.project.views;
-        let views: Vec<View> = bookmarks
+        let views: Vec<PageView> = bookmarks
             .iter()
             .map(|bookmark| {
                 let view = bookmark.viewpoint();
-                View { name: bookmark.name.clone(), pose: view.pose, tangent: 0.5 / view.lens.focal[1] }
+                PageView { name: bookmark.name.clone(), pose: view.pose, tangent: 0.5 / view.lens.focal[1] }
             })
             .collect();
         let first = opened.site.photo(ids[0]);
@@ -113,7 +113,7 @@ impl<'a> PageWriter<'a> {
                     }
                 ))
             })?,
-            None => views.first().cloned().unwrap_or(View {
+            None => views.first().cloned().unwrap_or(PageView {
                 name: leaving[0].published.clone(),
                 pose: first.pose,
                 tangent: f64::from(first.camera.height) / 2.0 / first.camera.fy,
@@ -170,7 +170,7 @@ impl<'a> PageWriter<'a> {
         let sources = &self.parts.skirts.sources;
         let cameras = self.ids.iter().map(|id| sources.photo(*id).camera);
         let upright = cameras.clone().all(|camera| camera.height > camera.width);
-        let packing = Packing {
+        let packing = PhotoPacking {
             quality: self.options.quality,
             longest: self.options.longest.min(super::MOST_SIDE),
             upright,
@@ -236,7 +236,7 @@ impl<'a> PageWriter<'a> {
         chunk
     }
 
-    fn describe(&self, written: &mut WrittenPhotos, preview: &Preview, task: &Task) -> Description {
+    fn describe(&self, written: &mut WrittenPhotos, preview: &Preview, task: &Task) -> PageDescription {
         let sources = &self.parts.skirts.sources;
         let maps = std::mem::take(&mut written.maps).into_iter().zip(std::mem::take(&mut written.labels));
         let photos: Vec<_> = self
@@ -255,9 +255,9 @@ impl<'a> PageWriter<'a> {
         };
         let safe = task.timed("safe region", || search.region());
         let described =
-            |view: &View| DescribedView::new(view.name.clone(), &view.pose, view.tangent, self.origin);
+            |view: &PageView| DescribedView::new(view.name.clone(), &view.pose, view.tangent, self.origin);
         let flight = self.opened.project.flight.as_ref();
-        Description {
+        PageDescription {
             version: VERSION,
             title: self.title(),
             up: self.up.to_array(),
@@ -287,10 +287,10 @@ impl<'a> PageWriter<'a> {
         &self,
         folder: &mut PageFolder,
         preview: &mut Preview,
-        site: &Description,
+        site: &PageDescription,
         task: &Task,
     ) -> Result<()> {
-        let mut draw = |view: &View| -> Result<Vec<u8>> {
+        let mut draw = |view: &PageView| -> Result<Vec<u8>> {
             let [width, height] = PICTURE;
             let focal = f64::from(height) / 2.0 / view.tangent;
             let camera = Pinhole {

@@ -13,10 +13,10 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Samples;
 use quadratura_document::export_record::ExportFormat;
-use quadratura_io::layered::document::LayeredDocument;
-use quadratura_io::layered::edited::{BlendMode, EditedDocument, EditedLayer, Lazy};
-use quadratura_io::layered::format::{FileFormat, LayeredFormat, Variant};
-use quadratura_io::layered::{Depth, FileBytes, FormatFit, Raster};
+use quadratura_layered_files::document::LayeredDocument;
+use quadratura_layered_files::edited::{BlendMode, EditedDocument, EditedLayer, Lazy};
+use quadratura_layered_files::format::{FileFormat, LayeredFormat, Variant};
+use quadratura_layered_files::{Depth, FileBytes, FormatFit, Raster};
 
 /// The entry of the dummy format in the registry.
 pub const FORMAT: LayeredFormat = LayeredFormat {

@@ -44,7 +44,7 @@ pub fn read_keyword(path: &Path, task: &Task) -> Result<Plant> {
             up = read.up.unwrap_or(up);
             unit = read.unit.unwrap_or(unit);
         } else if read.up.is_some() || read.unit.is_some() {
-            reader.note(Note::UnitOfPart, &file, 1);
+            reader.note(FileNote::UnitOfPart, &file, 1);
         }
         drafts.push(read.draft);
     }
@@ -77,7 +77,7 @@ fn assembled(path: &Path, drafts: Vec<Draft>, up: DVec3, unit: f64) -> Result<Pl
 
 /// What is left out, or has no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Note {
+pub enum FileNote {
     /// A use or limb whose transform is singular.
     Singular,
     /// A polygon without area.
@@ -92,7 +92,7 @@ pub enum Note {
 
 /// A kind of note with the first place and the number of places.
 struct Noted {
-    note: Note,
+    note: FileNote,
     file: PathBuf,
     line: usize,
     count: usize,
@@ -101,11 +101,11 @@ struct Noted {
 impl Noted {
     fn text(&self) -> String {
         let what = match self.note {
-            Note::Singular => "a use or limb is left out, because its transform is singular",
-            Note::NoArea => "a polygon has no area, and nothing of it is seen",
-            Note::Box => "a bounding box is passed over, because boxes are computed",
-            Note::NoPicture => "`cutout` has no effect without `picture`",
-            Note::UnitOfPart => "`unit` and `up` have an effect in the file of the whole plant alone",
+            FileNote::Singular => "a use or limb is left out, because its transform is singular",
+            FileNote::NoArea => "a polygon has no area, and nothing of it is seen",
+            FileNote::Box => "a bounding box is passed over, because boxes are computed",
+            FileNote::NoPicture => "`cutout` has no effect without `picture`",
+            FileNote::UnitOfPart => "`unit` and `up` have an effect in the file of the whole plant alone",
         };
         let others = match self.count - 1 {
             0 => String::new(),
@@ -134,7 +134,7 @@ impl Reader {
     }
 
     /// Notes what is left out in a line.
-    pub fn note(&mut self, note: Note, file: &Path, line: usize) {
+    pub fn note(&mut self, note: FileNote, file: &Path, line: usize) {
         match self.notes.iter_mut().find(|noted| noted.note == note) {
             Some(noted) => noted.count += 1,
             None => self.notes.push(Noted { note, file: file.to_path_buf(), line, count: 1 }),

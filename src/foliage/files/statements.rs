@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::keyword::{Note, Reader};
+use super::keyword::{FileNote, Reader};
 use super::maps::{is_singular, is_within_numbers};
 use super::pictures::PictureFault;
 use super::remedies::{COARSER, SMALLER};
@@ -133,12 +133,12 @@ impl<'a, 'r> Statements<'a, 'r> {
     fn is_singular(&mut self) -> bool {
         let singular = is_singular(&self.object_from_here);
         if singular {
-            self.note(Note::Singular);
+            self.note(FileNote::Singular);
         }
         singular
     }
 
-    fn note(&mut self, note: Note) {
+    fn note(&mut self, note: FileNote) {
         let (file, line) = (self.tokens.file().to_path_buf(), self.tokens.line);
         self.reader.note(note, &file, line);
     }
@@ -156,7 +156,7 @@ impl<'a, 'r> Statements<'a, 'r> {
         }
         let ring: Vec<DVec3> = corners.iter().map(|corner| corner.position).collect();
         if newell_normal(&ring) == DVec3::ZERO {
-            self.note(Note::NoArea);
+            self.note(FileNote::NoArea);
         }
         self.add(Shape::Polygon(corners))
     }
@@ -218,7 +218,7 @@ impl<'a, 'r> Statements<'a, 'r> {
             }
         }
         if material.cutout.is_some() && material.picture.is_none() {
-            self.note(Note::NoPicture);
+            self.note(FileNote::NoPicture);
         }
         // A picture alone is reflected as it is.
         let usual = if material.picture.is_some() { [1.0; 3] } else { material.reflected };
@@ -238,7 +238,7 @@ impl<'a, 'r> Statements<'a, 'r> {
     fn use_of(&mut self) -> Result<()> {
         let name = self.tokens.word("the name of `use`")?;
         if name.ends_with(".box") {
-            self.note(Note::Box);
+            self.note(FileNote::Box);
             return Ok(());
         }
         if self.is_singular() {

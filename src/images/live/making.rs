@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::billboards::without_billboards;
 use super::builder::Workbench;
-use super::request::{BuiltImage, ImageRequest, LiveInputs, Stage};
+use super::request::{BuiltImage, ImageRequest, LiveInputs, RequestStage};
 use crate::kept::Kept;
 use crate::{LdiSite, PhotosOptions, StackLdiOptions};
 use quadratura_base::error::{Error, Result};
@@ -88,18 +88,18 @@ fn made(
     if !kept.has_stack(first) {
         let coarse = |photo| Some((site.cached_coarsely(photo, stack, COARSE_SIDE, task)?, photo));
         if let Some((ldi, photo)) = photos.iter().copied().find_map(coarse) {
-            bench.draft(task, built(&Arc::new(ldi), &[photo], Stage::Coarse));
+            bench.draft(task, built(&Arc::new(ldi), &[photo], RequestStage::Coarse));
         }
     }
     task.check_cancelled()?;
     // A photo that cannot be used is left out below.
     if let Ok(ldi) = kept.stack(site, first, stack, task) {
-        bench.draft(task, built(&ldi, &[first], Stage::OnePhoto));
+        bench.draft(task, built(&ldi, &[first], RequestStage::OnePhoto));
     }
     task.check_cancelled()?;
     let options = PhotosOptions { stack: *stack, hidden: true, ..PhotosOptions::default() };
     let whole = kept.photos(site, photos, request.halvings, &options, task)?;
-    Ok(built(&whole, photos, Stage::Whole))
+    Ok(built(&whole, photos, RequestStage::Whole))
 }
 
 /// Returns an image as it is drawn: without layers that are hidden, and without what would be mixed with the surface before

@@ -79,7 +79,7 @@ impl ImageRequest {
 
 /// How much of what was requested an image has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
+pub enum RequestStage {
     /// One photo, at a coarse level.
     Coarse,
     /// The reference photo alone.
@@ -96,5 +96,5 @@ pub struct BuiltImage {
     /// The photos that it was made of; its colours have the exposure of the first one.
     pub photos: Vec<PhotoId>,
     /// How much of what was requested it has.
-    pub stage: Stage,
+    pub stage: RequestStage,
 }

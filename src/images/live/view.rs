@@ -8,7 +8,7 @@ use super::billboards::Billboards;
 use super::builder::{Builder, Made};
 use super::fade::{FADE, mixed, share_after};
 use super::making::make_all;
-use super::request::{BuiltImage, ImageRequest, LiveInputs, LiveOptions, Stage};
+use super::request::{BuiltImage, ImageRequest, LiveInputs, LiveOptions, RequestStage};
 use super::rows::{drawn_rows, rows_of};
 use super::warper::{OnDevice, WarpOn, Warper};
 use crate::StackLdiOptions;
@@ -38,7 +38,7 @@ struct LiveImage {
     /// The photos that it was made of; its colours have the exposure of the first one.
     photos: Vec<PhotoId>,
     /// How much it has of what was requested.
-    stage: Stage,
+    stage: RequestStage,
 }
 
 /// Draws views of a project from layered depth images.

@@ -160,12 +160,12 @@ fn point(line: &str, photos: usize) -> Result<NvmPoint, Objection> {
 
 /// The two ways in which programs write the file: the lens of a coefficient, and where measurements are counted from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Reading {
+struct LensReading {
     forward: bool,
     from_corner: bool,
 }
 
-impl Reading {
+impl LensReading {
     /// As VisualSFM writes it, which is what holds where nothing is observed.
     const OF_VISUALSFM: Self = Self { forward: false, from_corner: false };
     const ALL: [Self; 4] = [
@@ -200,12 +200,12 @@ impl Reading {
     }
 }
 
-type Line<T> = (String, Result<T, Objection>);
+type CameraLine<T> = (String, Result<T, Objection>);
 
 fn take(
     file: &Path,
-    photos: Vec<Line<NvmPhoto>>,
-    points: Vec<Line<NvmPoint>>,
+    photos: Vec<CameraLine<NvmPhoto>>,
+    points: Vec<CameraLine<NvmPoint>>,
     fixed: Option<[f64; 2]>,
     assembly: &mut Assembly<'_>,
     task: &Task,
@@ -214,11 +214,12 @@ fn take(
         photos.iter().map(|(_, photo)| photo.as_ref().map_or("", |photo| photo.name.as_str())).collect();
     let named = photo_paths(&names, &[file.parent().unwrap_or(Path::new("")).to_path_buf()], Without::Any);
     let sizes = assembly.sizes(&named, task)?;
-    let readings = Reading::ALL.map(|reading| (reading, median(reading, &photos, &points, &sizes, fixed)));
+    let readings =
+        LensReading::ALL.map(|reading| (reading, median(reading, &photos, &points, &sizes, fixed)));
     let least = readings.iter().map(|(_, median)| *median).fold(f64::INFINITY, f64::min);
     let reading =
-        readings.iter().find(|(_, median)| *median <= least).map_or(Reading::OF_VISUALSFM, |(it, _)| *it);
-    if reading != Reading::OF_VISUALSFM && assembly.knows_sizes() {
+        readings.iter().find(|(_, median)| *median <= least).map_or(LensReading::OF_VISUALSFM, |(it, _)| *it);
+    if reading != LensReading::OF_VISUALSFM && assembly.knows_sizes() {
         let origin = if reading.from_corner { "the corner" } else { "the middle" };
         let lens = if reading.forward { "acts as -k of COLMAP" } else { "acts on the measurement" };
         assembly.note(format!(
@@ -255,9 +256,9 @@ fn take(
 
 /// Returns the median error of reprojection in pixels, if the file is read in this way; infinite where too little is observed.
 fn median(
-    reading: Reading,
-    photos: &[Line<NvmPhoto>],
-    points: &[Line<NvmPoint>],
+    reading: LensReading,
+    photos: &[CameraLine<NvmPhoto>],
+    points: &[CameraLine<NvmPoint>],
     sizes: &[Result<[u64; 2], Objection>],
     fixed: Option<[f64; 2]>,
 ) -> f64 {

@@ -156,11 +156,11 @@ fn pdf(jpeg: &[u8], size_px: [u32; 2], size: [f64; 2], page_size: [f64; 2], text
 }
 
 /// A drawing in millimetres from the lower left corner of the page.
-struct Drawing {
+struct PageDrawing {
     content: Content,
 }
 
-impl Drawing {
+impl PageDrawing {
     fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
         let [[a, b], [c, d]] = [from, to].map(|at| at.map(|mm| (mm * PT) as f32));
         self.content.move_to(a, b).line_to(c, d).stroke();
@@ -208,7 +208,7 @@ fn latin(text: &str) -> Vec<u8> {
 }
 
 fn drawing([width, height]: [f64; 2], page: [f64; 2], text: &PageText) -> Vec<u8> {
-    let mut drawing = Drawing { content: Content::new() };
+    let mut drawing = PageDrawing { content: Content::new() };
     // The picture is in the middle of what is above the strip.
     let room = [page[0] - 2.0 * MARGIN, page[1] - 2.0 * MARGIN - STRIP];
     let corner = [MARGIN + 0.5 * (room[0] - width), MARGIN + STRIP + 0.5 * (room[1] - height)];
@@ -230,7 +230,7 @@ fn drawing([width, height]: [f64; 2], page: [f64; 2], text: &PageText) -> Vec<u8
 /// The characters of a row of the title block that surely fit.
 const MOST_LETTERS: usize = 62;
 
-fn title_block(drawing: &mut Drawing, [left, top]: [f64; 2], text: &PageText) {
+fn title_block(drawing: &mut PageDrawing, [left, top]: [f64; 2], text: &PageText) {
     drawing.text([left, top - 7.0], 12.0, BOLD, &shortened(&text.title, 44));
     for (number, (what, which)) in text.rows.iter().enumerate() {
         let y = top - 12.5 - 4.2 * number as f64;
@@ -253,7 +253,7 @@ fn bar_length(scale: f64, most_mm: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|step| step * power).find(|length| *length <= most).unwrap_or(power)
 }
 
-fn scale_bar(drawing: &mut Drawing, room: f64, text: &PageText) {
+fn scale_bar(drawing: &mut PageDrawing, room: f64, text: &PageText) {
     const PARTS: u32 = 5;
     let metres = bar_length(text.scale, (room - 40.0).clamp(20.0, 100.0));
     let length = metres * 1000.0 / text.scale;
@@ -281,7 +281,7 @@ pub fn round(number: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn north_arrow(drawing: &mut Drawing, middle: [f64; 2], clockwise_deg: f64) {
+fn north_arrow(drawing: &mut PageDrawing, middle: [f64; 2], clockwise_deg: f64) {
     let (sin, cos) = clockwise_deg.to_radians().sin_cos();
     let at = |x: f64, y: f64| [middle[0] + x * cos + y * sin, middle[1] - x * sin + y * cos];
     drawing.polygon(&[at(0.0, 9.0), at(-3.5, -7.0), at(0.0, -4.0)]);

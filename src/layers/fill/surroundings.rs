@@ -125,7 +125,7 @@ pub struct SurroundingsFilling<'a> {
 }
 
 /// A colour in the common exposure.
-struct Given {
+struct ExposedColour {
     colour: [f32; 3],
     confidence: f32,
     origin: FillOrigin,
@@ -145,14 +145,14 @@ impl SurroundingsFilling<'_> {
             }
             Ok(self.given(centre(*px), 1.0))
         };
-        let given: Vec<Option<Given>> = pixels.par_iter().map(given).collect::<Result<_>>()?;
+        let given: Vec<Option<ExposedColour>> = pixels.par_iter().map(given).collect::<Result<_>>()?;
         let camera = &self.own.projector.camera;
         let cells = RegionCells::around(&region, PixelRect::of_size(camera.width, camera.height));
         let near: Vec<(usize, DVec2)> = cells.near().collect();
         let differences: Vec<(usize, [f32; 3])> =
             near.into_par_iter().filter_map(|(index, px)| Some((index, self.difference(px)?))).collect();
         let seam = seam(&cells, &differences);
-        let texel = |((x, y), given): (&(u32, u32), &Option<Given>)| {
+        let texel = |((x, y), given): (&(u32, u32), &Option<ExposedColour>)| {
             let given = given.as_ref()?;
             let seam = seam.as_ref().map_or([0.0; 3], |seam| seam.at(*x, *y)).map(f32::exp);
             let factor = self.own.factor(centre((*x, *y)));
@@ -166,7 +166,7 @@ impl SurroundingsFilling<'_> {
 
     /// Returns the colour for a position in the photo, at a footprint of so many of its pixels: paint before
     /// photos, these before the dome.
-    fn given(&self, px: DVec2, footprint: f64) -> Option<Given> {
+    fn given(&self, px: DVec2, footprint: f64) -> Option<ExposedColour> {
         let camera = &self.own.projector.camera;
         let ray = camera.ray_in_camera(px);
         let direction = self.own.projector.pose.rotation.transpose() * ray;
@@ -186,7 +186,7 @@ impl SurroundingsFilling<'_> {
         let (_, DonorColour { colour, donor_index, painted, .. }, trust) = candidates[at];
         let photo = self.donors[donor_index].photo;
         let origin = if painted { FillOrigin::Painted(photo) } else { FillOrigin::Photo(photo) };
-        Some(Given { colour, confidence: MOST_CONFIDENCE * agreement * trust, origin })
+        Some(ExposedColour { colour, confidence: MOST_CONFIDENCE * agreement * trust, origin })
     }
 
     /// Returns what a donor shows in a direction (world), with its penalty and its share of the confidence: that
@@ -226,10 +226,10 @@ impl SurroundingsFilling<'_> {
         ))
     }
 
-    fn in_dome(&self, direction: DVec3) -> Option<Given> {
+    fn in_dome(&self, direction: DVec3) -> Option<ExposedColour> {
         let [r, g, b, known] = self.dome?.at(direction);
         let confidence = DIFFUSED_CONFIDENCE + (INVENTED_CONFIDENCE - DIFFUSED_CONFIDENCE) * known;
-        Some(Given { colour: [r, g, b], confidence, origin: FillOrigin::Diffused })
+        Some(ExposedColour { colour: [r, g, b], confidence, origin: FillOrigin::Diffused })
     }
 
     /// Returns the logarithm of the photo's own colour over the filling at a cell's centre, in the common exposure;

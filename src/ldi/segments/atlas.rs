@@ -49,7 +49,7 @@ pub fn packed(rectangles: &[[u32; 2]]) -> Packed {
     let width = square.clamp(widest, LONGEST);
     let mut order: Vec<usize> = (0..rectangles.len()).collect();
     order.sort_by_key(|&i| (std::cmp::Reverse(rectangles[i][1]), std::cmp::Reverse(rectangles[i][0]), i));
-    let mut shelves: Vec<Shelf> = Vec::new();
+    let mut shelves: Vec<AtlasShelf> = Vec::new();
     let (mut places, mut sizes) = (vec![(0, [0, 0]); rectangles.len()], Vec::<[u32; 2]>::new());
     for i in order {
         let [w, h] = rectangles[i];
@@ -66,7 +66,7 @@ pub fn packed(rectangles: &[[u32; 2]]) -> Packed {
                 let picture = sizes.len() - 1;
                 let y = sizes[picture][1];
                 sizes[picture][1] += h;
-                shelves.push(Shelf { picture, y, height: h, used: 0 });
+                shelves.push(AtlasShelf { picture, y, height: h, used: 0 });
                 shelves.last_mut().expect("it was pushed")
             }
         };
@@ -80,7 +80,7 @@ pub fn packed(rectangles: &[[u32; 2]]) -> Packed {
 const TILED: u32 = 64;
 
 /// A row of rectangles.
-struct Shelf {
+struct AtlasShelf {
     picture: usize,
     y: u32,
     height: u32,

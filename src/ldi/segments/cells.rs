@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::join::Labels;
+use super::join::SegmentLabels;
 use super::{SMALLEST_CELL, TILE};
 use crate::layout::{Ldi, LdiSurface, ResolutionLevel};
 use quadratura_base::error::Result;
@@ -22,7 +22,7 @@ pub(super) const CLOSEST: f64 = 0.3;
 
 /// The depth pixels of a segment in a tile of the frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub struct SegmentPatch {
     /// The number of the segment.
     pub segment: u32,
     /// The tile's column and row.
@@ -65,14 +65,14 @@ pub struct Node {
     pub closest: f64,
     /// Whether most of its depth pixels have a nearer one on their rays.
     pub hidden: bool,
-    /// Its quarters, row by row, by their places in [`Patch::nodes`]; 0 where there is no depth pixel. All are 0 in a cell
+    /// Its quarters, row by row, by their places in [`SegmentPatch::nodes`]; 0 where there is no depth pixel. All are 0 in a cell
     /// without quarters.
     pub quarters: [u32; 4],
 }
 
 /// How coarse cells may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
+pub struct CellLimits {
     /// The largest error of inverse depth.
     pub error: f64,
     /// The largest error of a texture that is not divided per pixel, in pixels.
@@ -80,7 +80,7 @@ pub struct Limits {
 }
 
 impl Node {
-    fn is_leaf(&self, limits: &Limits) -> bool {
+    fn is_leaf(&self, limits: &CellLimits) -> bool {
         let only_one = self.quarters.iter().filter(|&&quarter| quarter != 0).count() == 1;
         // What lies in one quarter has a cell of a quarter, so that cells are no larger than their texels.
         let fits = self.error <= limits.error && self.crowding <= CLOSEST && self.is_straight(limits);
@@ -89,7 +89,7 @@ impl Node {
 
     /// Returns whether a texture that is affine on the cell in space is nearly so in the frame. Half way along an edge between
     /// depths z1 and z2, the picture is at z1 / (z1 + z2) of it.
-    fn is_straight(&self, limits: &Limits) -> bool {
+    fn is_straight(&self, limits: &CellLimits) -> bool {
         let [least, largest] = self.range.map(f64::from);
         let Some(most) = limits.undivided else { return true };
         let side = f64::from(self.side);
@@ -105,12 +105,12 @@ impl Node {
     }
 }
 
-impl Patch {
+impl SegmentPatch {
     /// Visits the cells that are not divided, with their numbers, in the order of their first pixels. Cells that have quarters are
     /// divided beyond the limits where `is_divided` says so of their numbers.
     pub fn leaves<'a>(
         &'a self,
-        limits: &Limits,
+        limits: &CellLimits,
         is_divided: &impl Fn(u32) -> bool,
         visit: &mut impl FnMut(u32, &'a Node),
     ) {
@@ -120,7 +120,7 @@ impl Patch {
     fn leaves_below<'a>(
         &'a self,
         number: u32,
-        limits: &Limits,
+        limits: &CellLimits,
         is_divided: &impl Fn(u32) -> bool,
         visit: &mut impl FnMut(u32, &'a Node),
     ) {
@@ -136,8 +136,8 @@ impl Patch {
 }
 
 /// Returns the number of cells.
-pub fn count_leaves(patches: &[Patch], limits: &Limits) -> usize {
-    let of_patch = |patch: &Patch| {
+pub fn count_leaves(patches: &[SegmentPatch], limits: &CellLimits) -> usize {
+    let of_patch = |patch: &SegmentPatch| {
         let mut count = 0;
         patch.leaves(limits, &|_| false, &mut |_, _| count += 1);
         count
@@ -150,7 +150,7 @@ pub fn count_leaves(patches: &[Patch], limits: &Limits) -> usize {
 ///
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
-pub fn patches(ldi: &Ldi, labels: &Labels, task: &Task) -> Result<Vec<Patch>> {
+pub fn patches(ldi: &Ldi, labels: &SegmentLabels, task: &Task) -> Result<Vec<SegmentPatch>> {
     let level = &ldi.levels[0];
     let columns = level.camera.width.div_ceil(TILE);
     let tiles: Vec<[u32; 2]> =
@@ -167,7 +167,7 @@ pub fn patches(ldi: &Ldi, labels: &Labels, task: &Task) -> Result<Vec<Patch>> {
 }
 
 /// Collects the depth pixels of a tile by segments.
-fn collected(level: &ResolutionLevel, labels: &Labels, tile: [u32; 2]) -> Vec<Patch> {
+fn collected(level: &ResolutionLevel, labels: &SegmentLabels, tile: [u32; 2]) -> Vec<SegmentPatch> {
     let [left, top] = tile.map(|at| at * TILE);
     let mut pixels: Vec<(u32, PatchPixel)> = Vec::new();
     for y in top..level.camera.height.min(top + TILE) {
@@ -177,7 +177,7 @@ fn collected(level: &ResolutionLevel, labels: &Labels, tile: [u32; 2]) -> Vec<Pa
         }
     }
     pixels.sort_by_key(|(segment, _)| *segment);
-    let of_segment = |part: &[(u32, PatchPixel)]| Patch {
+    let of_segment = |part: &[(u32, PatchPixel)]| SegmentPatch {
         segment: part[0].0,
         tile,
         pixels: part.iter().map(|(_, pixel)| *pixel).collect(),
@@ -197,7 +197,7 @@ struct Divider<'a> {
 }
 
 impl<'a> Divider<'a> {
-    fn new(level: &'a ResolutionLevel, surfaces: &'a [LdiSurface], patch: &Patch) -> Self {
+    fn new(level: &'a ResolutionLevel, surfaces: &'a [LdiSurface], patch: &SegmentPatch) -> Self {
         let mut grid = vec![NONE; SIDE * SIDE];
         for pixel in &patch.pixels {
             grid[usize::from(pixel.y) * SIDE + usize::from(pixel.x)] = pixel.index;
@@ -268,7 +268,7 @@ impl<'a> Divider<'a> {
         for (x, y, index) in self.pixels(at, side) {
             let off = (plane.dot(DVec3::new(x, y, 1.0)) - depth(index)).abs();
             error = error.max(off);
-            let ray = Ray::of(self.level, y as u32, index);
+            let ray = PixelsOnRay::of(self.level, y as u32, index);
             let gap = ray.gap(self.level, index);
             crowding = crowding.max(off / gap);
             closest = closest.min(gap);
@@ -281,12 +281,12 @@ impl<'a> Divider<'a> {
 }
 
 /// The depth pixels beside one on its ray, by their indices in the level.
-pub(super) struct Ray {
+pub(super) struct PixelsOnRay {
     nearer: Option<usize>,
     farther: Option<usize>,
 }
 
-impl Ray {
+impl PixelsOnRay {
     /// Finds them for a depth pixel of a row.
     pub fn of(level: &ResolutionLevel, y: u32, index: usize) -> Self {
         // The depth pixel before it may be the last one of the row above, of the same column.

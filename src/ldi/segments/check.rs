@@ -5,7 +5,7 @@ use glam::DVec2;
 use rustc_hash::FxHashSet;
 
 use super::TILE;
-use super::cells::{CLOSEST, Limits, Patch, Ray};
+use super::cells::{CLOSEST, CellLimits, PixelsOnRay, SegmentPatch};
 use super::mesh::{CellMesh, MeshCell, Mesher, Vertex};
 use crate::layout::ResolutionLevel;
 
@@ -46,7 +46,7 @@ impl Exceptions {
 
 impl<'a> Mesher<'a> {
     /// Returns the cells whose triangles miss one of their depth pixels by more than is allowed.
-    pub fn poor_cells(&self, level: &ResolutionLevel, limits: &Limits) -> Vec<MeshCell<'a>> {
+    pub fn poor_cells(&self, level: &ResolutionLevel, limits: &CellLimits) -> Vec<MeshCell<'a>> {
         let most = COMPROMISE * limits.error;
         let mut poor = Vec::new();
         for (patch, cells) in self.group.iter().zip(&self.cells) {
@@ -66,7 +66,7 @@ impl<'a> Mesher<'a> {
                     // Beside triangles of no area, where corners were moved together, there is nothing to be seen.
                     let off = shape.inverse_depth(at).map_or(0.0, |found| (found - depth).abs());
                     let row = patch.tile[1] * TILE + u32::from(y);
-                    off > most || off > CROWDED * Ray::of(level, row, index).gap(level, index)
+                    off > most || off > CROWDED * PixelsOnRay::of(level, row, index).gap(level, index)
                 };
                 if pixels_in(patch, rows, cell).any(misses) {
                     poor.push(*cell);
@@ -78,13 +78,13 @@ impl<'a> Mesher<'a> {
 }
 
 /// Returns where each row of a patch begins in its depth pixels, and the end.
-fn rows_of(patch: &Patch) -> Vec<usize> {
+fn rows_of(patch: &SegmentPatch) -> Vec<usize> {
     (0..=TILE).map(|y| patch.pixels.partition_point(|pixel| u32::from(pixel.y) < y)).collect()
 }
 
 /// Returns the depth pixels in a cell: column and row in the tile, and index in the level.
 fn pixels_in<'a>(
-    patch: &'a Patch,
+    patch: &'a SegmentPatch,
     rows: &'a [usize],
     cell: &MeshCell<'_>,
 ) -> impl Iterator<Item = (u8, u8, u32)> + use<'a> {

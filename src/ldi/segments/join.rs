@@ -15,7 +15,7 @@ use quadratura_base::task::Task;
 
 /// The segment of every depth pixel.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Labels {
+pub struct SegmentLabels {
     /// By depth pixel, the number of its segment, from 0.
     pub segments: Vec<u32>,
     /// The number of segments.
@@ -35,7 +35,12 @@ const ROWS_A_STEP: usize = 32;
 ///
 /// # Errors
 /// [`quadratura_base::Error::Cancelled`].
-pub fn label(level: &ResolutionLevel, surfaces: &[LdiSurface], epsilon: f64, task: &Task) -> Result<Labels> {
+pub fn label(
+    level: &ResolutionLevel,
+    surfaces: &[LdiSurface],
+    epsilon: f64,
+    task: &Task,
+) -> Result<SegmentLabels> {
     let positions = PositionIndex::new(level, surfaces, epsilon);
     let mut labels = vec![NONE; level.len()];
     let mut taken = vec![NONE; positions.width * positions.height];
@@ -51,7 +56,7 @@ pub fn label(level: &ResolutionLevel, surfaces: &[LdiSurface], epsilon: f64, tas
             }
         }
     }
-    Ok(Labels { segments: labels, count })
+    Ok(SegmentLabels { segments: labels, count })
 }
 
 /// A level whose depth pixels are found by position.

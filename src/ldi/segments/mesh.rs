@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::cells::{Limits, Node, Patch};
+use super::cells::{CellLimits, Node, SegmentPatch};
 use super::check::Exceptions;
 use super::{SMALLEST_CELL, TILE};
 use crate::layout::ResolutionLevel;
@@ -81,19 +81,19 @@ impl SegmentMesh {
 /// [`quadratura_base::Error::Cancelled`].
 pub fn meshes(
     level: &ResolutionLevel,
-    patches: &[Patch],
-    limits: &Limits,
+    patches: &[SegmentPatch],
+    limits: &CellLimits,
     task: &Task,
 ) -> Result<Vec<SegmentMesh>> {
     let mut first = 0;
-    let groups: Vec<(usize, &[Patch])> = patches
+    let groups: Vec<(usize, &[SegmentPatch])> = patches
         .chunk_by(|a, b| a.segment == b.segment)
         .map(|group| {
             first += group.len();
             (first - group.len(), group)
         })
         .collect();
-    let of_segment = |(first, group): &(usize, &[Patch])| {
+    let of_segment = |(first, group): &(usize, &[SegmentPatch])| {
         let mut exceptions = Exceptions::default();
         loop {
             task.check_cancelled()?;
@@ -113,7 +113,7 @@ const LARGEST_PART: u32 = 3;
 const MOSTLY: usize = (TILE * TILE / 2) as usize;
 
 /// Divides the tiles of a segment into rectangles of mostly full ones, and single ones; returns the places of their patches.
-fn rectangles(group: &[Patch]) -> Vec<Vec<usize>> {
+fn rectangles(group: &[SegmentPatch]) -> Vec<Vec<usize>> {
     let mut places: FxHashMap<[u32; 2], usize> = group.iter().map(|patch| patch.tile).zip(0..).collect();
     let mut out = Vec::new();
     for (place, patch) in group.iter().enumerate() {
@@ -187,7 +187,7 @@ struct SharedCorner {
 
 /// A segment whose mesh is made.
 pub(super) struct Mesher<'a> {
-    pub group: &'a [Patch],
+    pub group: &'a [SegmentPatch],
     /// The cells of each patch.
     pub cells: Vec<Vec<MeshCell<'a>>>,
     corners: FxHashMap<[i32; 2], SharedCorner>,
@@ -198,7 +198,7 @@ pub(super) struct Mesher<'a> {
 const STEP: i32 = SMALLEST_CELL as i32;
 
 impl<'a> Mesher<'a> {
-    fn new(group: &'a [Patch], limits: &Limits, exceptions: &Exceptions) -> Self {
+    fn new(group: &'a [SegmentPatch], limits: &CellLimits, exceptions: &Exceptions) -> Self {
         let mut mesher =
             Self { group, cells: Vec::new(), corners: FxHashMap::default(), covered: FxHashMap::default() };
         for (i, patch) in group.iter().enumerate() {

@@ -19,7 +19,7 @@ mod tests;
 use glam::DVec2;
 
 pub use self::atlas::{Atlas, BORDER};
-use self::cells::Limits;
+use self::cells::CellLimits;
 pub use self::mesh::{TexturedPart, Vertex};
 use super::layout::Ldi;
 use quadratura_base::error::Result;
@@ -102,10 +102,10 @@ pub fn segments(ldi: &Ldi, options: &SegmentOptions, task: &Task) -> Result<Segm
         task.check_cancelled()?;
         // Both errors grow alike.
         let undivided = options.undivided.map(|most| most * parallax / options.parallax);
-        let limits = Limits { error: parallax / pixels_per_depth, undivided };
+        let limits = CellLimits { error: parallax / pixels_per_depth, undivided };
         let leaves = cells::count_leaves(&patches, &limits);
         let coarsest =
-            leaves <= cells::count_leaves(&patches, &Limits { error: f64::INFINITY, undivided: None });
+            leaves <= cells::count_leaves(&patches, &CellLimits { error: f64::INFINITY, undivided: None });
         // A cell has two triangles or more; making the mesh tells the number.
         if 2 * leaves <= options.triangles || coarsest {
             let meshes = task.timed("mesh", || mesh::meshes(level, &patches, &limits, task))?;

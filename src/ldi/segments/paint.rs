@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::TILE;
 use super::atlas::{Atlas, BLOCK, BORDER, packed};
-use super::cells::Patch;
+use super::cells::SegmentPatch;
 use super::mesh::{MeshPart, SegmentMesh, TexturedPart};
 use crate::layout::ResolutionLevel;
 use quadratura_base::error::Result;
@@ -25,7 +25,7 @@ struct TexelRect {
 /// [`quadratura_base::Error::Cancelled`].
 pub(super) fn painted(
     level: &ResolutionLevel,
-    patches: &[Patch],
+    patches: &[SegmentPatch],
     meshes: Vec<SegmentMesh>,
     task: &Task,
 ) -> Result<(Vec<TexturedPart>, Vec<Atlas>)> {
@@ -70,7 +70,7 @@ pub(super) fn painted(
 }
 
 /// Returns whether most depth pixels of a part are the nearest ones of their rays.
-fn is_first(level: &ResolutionLevel, patches: &[Patch], part: &MeshPart) -> bool {
+fn is_first(level: &ResolutionLevel, patches: &[SegmentPatch], part: &MeshPart) -> bool {
     let (mut first, mut all) = (0, 0);
     for patch in part.patches.iter().map(|&place| &patches[place]) {
         for pixel in &patch.pixels {
@@ -84,7 +84,7 @@ fn is_first(level: &ResolutionLevel, patches: &[Patch], part: &MeshPart) -> bool
 }
 
 /// Returns whether a part covers all of its rectangle with opaque depth pixels.
-fn is_opaque(level: &ResolutionLevel, patches: &[Patch], part: &MeshPart) -> bool {
+fn is_opaque(level: &ResolutionLevel, patches: &[SegmentPatch], part: &MeshPart) -> bool {
     let [left, top, right, bottom] = part.bounds;
     let pixels = || part.patches.iter().flat_map(|&place| &patches[place].pixels);
     pixels().count() == ((right - left) * (bottom - top)) as usize
@@ -103,7 +103,7 @@ fn size_of(part: &MeshPart) -> [u32; 2] {
 /// Takes the texels of a part, with those of the segment around it.
 fn texels_of(
     level: &ResolutionLevel,
-    patches: &[Patch],
+    patches: &[SegmentPatch],
     whose: &FxHashMap<(u32, [u32; 2]), usize>,
     part: &MeshPart,
     size: [u32; 2],

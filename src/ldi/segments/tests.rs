@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::atlas::packed;
-use super::cells::{Limits, patches};
+use super::cells::{CellLimits, patches};
 use super::join::label;
 use super::{SegmentOptions, Segments, TexturedPart, Vertex, segments};
 use crate::levels::pyramid;
@@ -131,7 +131,7 @@ fn bumpy() -> Ldi {
 #[test]
 fn cells_of_different_size_meet_without_gap_or_overlap() {
     let ldi = bumpy();
-    let limits = Limits { error: 1e-3, undivided: None };
+    let limits = CellLimits { error: 1e-3, undivided: None };
     let labels = label(&ldi.levels[0], &ldi.surfaces, 0.01, &Task::silent()).unwrap();
     let mut sides = std::collections::BTreeSet::new();
     for patch in patches(&ldi, &labels, &Task::silent()).unwrap() {

@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3};
 use serde::Serialize;
 
 use quadratura_align::refine::Free;
-use quadratura_align::{Aligner, Answer, Candidate, Unsearchable};
+use quadratura_align::{Aligner, AlignmentAnswer, AlignmentCandidate, Unsearchable};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::bvh::Bvh;
 use quadratura_base::geometry::{Similarity, axes};
@@ -95,15 +95,15 @@ pub fn best_alignments(
     let now = aligner.judge(&Similarity::IDENTITY).score;
     let best = found.first().map_or(0.0, |best| best.score);
     match answer {
-        Answer::Foreign => {
+        AlignmentAnswer::Foreign => {
             let mirrored = Aligner::new(&mirrored(&site.model), &cameras, points);
             let answer = mirrored.ok().map(|aligner| aligner.search(task)).transpose()?;
-            let is_mirrored = answer.is_some_and(|(answer, _)| answer == Answer::Aligned);
+            let is_mirrored = answer.is_some_and(|(answer, _)| answer == AlignmentAnswer::Aligned);
             Ok((if is_mirrored { SearchOutcome::Mirrored } else { SearchOutcome::Foreign }, Vec::new()))
         }
         _ if now >= best - DRAWN => Ok((SearchOutcome::Kept, Vec::new())),
-        Answer::Aligned => Ok((SearchOutcome::Found, vec![rounded(&aligner, &found[0])])),
-        Answer::Several => {
+        AlignmentAnswer::Aligned => Ok((SearchOutcome::Found, vec![rounded(&aligner, &found[0])])),
+        AlignmentAnswer::Several => {
             let near =
                 found.iter().take(OFFERED).filter(|it| it.score * quadratura_align::CLEAR_RATIO > best);
             Ok((SearchOutcome::Several, near.map(|found| rounded(&aligner, found)).collect()))
@@ -138,7 +138,7 @@ const CONVENTIONAL: f64 = 0.02;
 
 /// Returns the roundest correction that explains the points as well as the one that was found: a model in centimetres is
 /// smaller by exactly 100, not by 99.8.
-fn rounded(aligner: &Aligner, found: &Candidate) -> Similarity {
+fn rounded(aligner: &Aligner, found: &AlignmentCandidate) -> Similarity {
     let exact = found.world_from_model;
     let near = |rotation: &DMat3| turn(rotation, &exact.rotation) < CONVENTIONAL;
     let Some(rotation) = axes::conventions().into_iter().map(|(_, rotation)| rotation).find(near) else {
@@ -149,7 +149,7 @@ fn rounded(aligner: &Aligner, found: &Candidate) -> Similarity {
     let in_model = exact.inverse().apply(middle);
     let with =
         |scale: f64| Similarity { scale, rotation, translation: middle - rotation * (in_model * scale) };
-    let is_good = |candidate: &Candidate| candidate.score >= found.score - DRAWN;
+    let is_good = |candidate: &AlignmentCandidate| candidate.score >= found.score - DRAWN;
     let unit = UNITS.into_iter().find(|unit| (exact.scale / unit - 1.0).abs() < ROUNDED);
     let bare = unit.map(|scale| aligner.judge(&Similarity { scale, rotation, translation: DVec3::ZERO }));
     let shifted = || unit.map(|scale| aligner.fitted(&with(scale), Free::Shift));

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use quadratura_align::centres::{self, from_centres};
-use quadratura_align::pairs::{Pair, SURE, Unpaired, from_pairs};
+use quadratura_align::pairs::{CornerPair, SURE, Unpaired, from_pairs};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
 use quadratura_base::scene::{Site, SparsePoint};
@@ -68,13 +68,13 @@ pub fn align_by_pairs(site: &Site, points: &[SparsePoint], pairs: &[CornerInPhot
                 pair.px.x, pair.px.y, site.photos[photo].name, camera.width, camera.height
             )));
         }
-        Ok(Pair { corner: pair.corner, photo, px: pair.px })
+        Ok(CornerPair { corner: pair.corner, photo, px: pair.px })
     };
     let known = pairs.iter().map(pair).collect::<Result<Vec<_>>>()?;
     let cameras: Vec<_> = site.photos.iter().map(|photo| (photo.camera, photo.pose)).collect();
     let fit = from_pairs(&known, &cameras, points)
         .map_err(|reason| Error::Request(refusal(reason, known.len())))?;
-    let residual = |(i, pair): (usize, &Pair)| PairResidual {
+    let residual = |(i, pair): (usize, &CornerPair)| PairResidual {
         corner: pair.corner.to_array(),
         photo: site.photos[pair.photo].name.clone(),
         px: pair.px.to_array(),

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use self::obj::{is_ours, obj_text};
-use self::read::{Sources, of_folders, of_project, seen_points};
+use self::read::{SuggestionSources, of_folders, of_project, seen_points};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
@@ -132,7 +132,7 @@ pub fn write_suggestion(
         SuggestFor::Project { folder, add } => of_project(folder, *add, task)?,
         SuggestFor::Folders { photos, cameras, options } => of_folders(photos, cameras, options, task)?,
     };
-    let Sources { cameras, photos, given, problems } = sources;
+    let SuggestionSources { cameras, photos, given, problems } = sources;
     let names: Vec<&str> = photos.iter().map(|(name, _)| name.as_str()).collect();
     let points = seen_points(&cameras, &names);
     let seen: Vec<_> = photos.iter().map(|(_, photo)| photo.clone()).collect();

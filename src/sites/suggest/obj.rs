@@ -63,13 +63,13 @@ mod tests {
     use quadratura_base::task::Task;
     use quadratura_import::models::read_model;
     use quadratura_suggest::SuggestedFace;
-    use quadratura_suggest::planes::Kind;
+    use quadratura_suggest::planes::PlaneKind;
 
     fn wall() -> SuggestedObject {
         let ring = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 0.0, 1.0), DVec3::Z];
         SuggestedObject {
             name: "wall_1".into(),
-            kind: Kind::Plumb,
+            kind: PlaneKind::Plumb,
             faces: vec![SuggestedFace { ring }],
             points: 40,
             photos_for: 3.0,

@@ -20,7 +20,7 @@ use quadratura_base::task::Task;
 use quadratura_import::cameras::{CameraOptions, Cameras, read_cameras_as};
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::framing::resized;
-use quadratura_suggest::{FINE_PX, SeenPhoto, SeenPoint};
+use quadratura_suggest::{FINE_PX, SourcePhoto, SourcePoint};
 
 /// The stage that is reported.
 const STAGE: &str = "read photos";
@@ -32,19 +32,19 @@ const MOST_OFF_PX: f64 = 4.0;
 const MOST_ERROR_PX: f64 = 2.5;
 
 /// What was read.
-pub struct Sources {
+pub struct SuggestionSources {
     /// The cameras with their points.
     pub cameras: Cameras,
     /// The names of photos, and the photos, sorted by name.
-    pub photos: Vec<(String, SeenPhoto)>,
+    pub photos: Vec<(String, SourcePhoto)>,
     /// The model that is there.
-    pub given: Option<Given>,
+    pub given: Option<PresentModel>,
     /// What could not be used.
     pub problems: Vec<Error>,
 }
 
 /// The model that is there, in the cameras' world.
-pub struct Given {
+pub struct PresentModel {
     /// The model, without what only stands for what is far away.
     pub model: Arc<Model>,
     /// The transform from the model's file.
@@ -52,23 +52,28 @@ pub struct Given {
 }
 
 /// Reads a project, and its model where it stays.
-pub fn of_project(folder: &Path, add: bool, task: &Task) -> Result<Sources> {
+pub fn of_project(folder: &Path, add: bool, task: &Task) -> Result<SuggestionSources> {
     let mut opened = open(folder, task)?;
     let cameras = cameras_of(folder, &opened.project, &Task::silent())?;
     let problems =
         Arc::get_mut(&mut opened.problems).map(|it| std::mem::take(&mut it.errors)).unwrap_or_default();
-    let given = add.then(|| Given {
+    let given = add.then(|| PresentModel {
         model: Arc::new(opened.site.model.without(|object| says_backdrop(&object.name))),
         world_from_model: opened.project.world_from_model,
     });
     let read = |photo: &Photo| read_unmasked(photo);
     let bytes = |photo: &Photo| 12 * u64::from(photo.camera.width) * u64::from(photo.camera.height);
     let (photos, more) = seen(&opened.site.photos, bytes, |photo| photo, read, task)?;
-    Ok(Sources { cameras, photos, given, problems: problems.into_iter().chain(more).collect() })
+    Ok(SuggestionSources { cameras, photos, given, problems: problems.into_iter().chain(more).collect() })
 }
 
 /// Reads photos and cameras without a project; nothing is written.
-pub fn of_folders(photos: &Path, cameras: &Path, options: &CameraOptions, task: &Task) -> Result<Sources> {
+pub fn of_folders(
+    photos: &Path,
+    cameras: &Path,
+    options: &CameraOptions,
+    task: &Task,
+) -> Result<SuggestionSources> {
     let mut cameras = read_cameras_as(photos, cameras, options, task)?;
     cameras.notes.iter().for_each(|note| task.note(note));
     let (plans, notes, mut problems) = found_photos(&cameras, photos, task)?;
@@ -83,11 +88,11 @@ pub fn of_folders(photos: &Path, cameras: &Path, options: &CameraOptions, task: 
     };
     let (photos, more) = seen(&plans, bytes, |plan| &plan.photo, |plan| plan.pixels(task), task)?;
     problems.extend(more);
-    Ok(Sources { cameras, photos, given: None, problems })
+    Ok(SuggestionSources { cameras, photos, given: None, problems })
 }
 
 /// Photos by name, and the problems with others.
-type NamedPhotos = (Vec<(String, SeenPhoto)>, Vec<Error>);
+type NamedPhotos = (Vec<(String, SourcePhoto)>, Vec<Error>);
 
 /// Reads photos and reduces them, several at a time; a fault in one is its own.
 fn seen<I: Sync>(
@@ -112,7 +117,7 @@ fn seen<I: Sync>(
     Ok((photos, problems))
 }
 
-fn at_working_size(photo: &Photo, pixels: &PhotoPixels) -> SeenPhoto {
+fn at_working_size(photo: &Photo, pixels: &PhotoPixels) -> SourcePhoto {
     let picture = reduced(pixels, FINE_PX);
     let rgba = picture.rgba.as_chunks::<4>().0.to_vec();
     let mut camera = resized(&photo.camera, picture.width, picture.height);
@@ -120,11 +125,11 @@ fn at_working_size(photo: &Photo, pixels: &PhotoPixels) -> SeenPhoto {
     let tall = f64::from(picture.height) / f64::from(photo.camera.height);
     (camera.fy, camera.cy) = (photo.camera.fy * tall, photo.camera.cy * tall);
     let pixels = Image::new(PixelRect::of_size(picture.width, picture.height), rgba);
-    SeenPhoto { camera, pose: photo.pose, pixels }
+    SourcePhoto { camera, pose: photo.pose, pixels }
 }
 
 /// Returns the points with their observers among the photos of these names, and the error of their observations.
-pub fn seen_points(cameras: &Cameras, names: &[&str]) -> Vec<SeenPoint> {
+pub fn seen_points(cameras: &Cameras, names: &[&str]) -> Vec<SourcePoint> {
     let number: FxHashMap<&str, u32> = names.iter().copied().zip(0..).collect();
     let numbers: Vec<Option<u32>> =
         cameras.photos.iter().map(|photo| number.get(photo.name.as_str()).copied()).collect();
@@ -148,7 +153,7 @@ pub fn seen_points(cameras: &Cameras, names: &[&str]) -> Vec<SeenPoint> {
         // Of points without observations nothing is known; a pixel is usual.
         let unknown_rad = cameras.photos.first().map_or(1e-3, |photo| 1.0 / photo.camera.fx);
         let error_rad = if is_tracked { error_rad / count } else { unknown_rad };
-        usable.then_some(SeenPoint { position: point.position, observers, error_rad })
+        usable.then_some(SourcePoint { position: point.position, observers, error_rad })
     };
     cameras.points.iter().filter_map(seen).collect()
 }

@@ -10,8 +10,8 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
 use quadratura_document::Project;
-use quadratura_io::layered::Raster;
 use quadratura_io::unmasked::read_unmasked;
+use quadratura_layered_files::Raster;
 use quadratura_layers::fill::FilledRegion;
 use quadratura_view::Picture;
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::home::Reprojection;
+use super::home::PaintMapping;
 use super::parts::{LayerParts, camera_of};
 use super::{PaintExtent, PhotoPaint, PlacedPaint, parts_of_layer};
 use quadratura_base::error::Result;
@@ -81,7 +81,7 @@ impl PhotoPaint {
     /// Returns the rectangle of an entry in pixels of the present photo: all of it where the camera has changed.
     fn present_rect(&self, index: usize, stack: &Stack) -> PixelRect {
         let (camera, pose) = camera_of(&stack.photo, &stack.camera);
-        match Reprojection::between(&self.entries[index], &self.views[index], camera, pose) {
+        match PaintMapping::between(&self.entries[index], &self.views[index], camera, pose) {
             Some(_) => camera.rect(),
             None => self.entries[index].rect,
         }

@@ -92,7 +92,7 @@ struct PosedCamera {
 }
 
 /// The mapping of paint from the photo at the time of painting to the present photo, through what was painted on.
-pub struct Reprojection {
+pub struct PaintMapping {
     through: PaintedGround,
     old: PosedCamera,
     new: PosedCamera,
@@ -101,7 +101,7 @@ pub struct Reprojection {
 /// The distance in pixels below which two cameras show a surface's corners at the same position.
 const SAME_CAMERA_PX: f64 = 1e-3;
 
-impl Reprojection {
+impl PaintMapping {
     /// Compares the camera at the time of painting with the present one; `None` where they agree, or the surface has no plane, so
     /// that paint stays at its pixels.
     pub fn between(entry: &PaintEntry, old: &PaintedView, camera: Pinhole, pose: Pose) -> Option<Self> {

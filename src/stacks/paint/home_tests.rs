@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::home::{Home, Reprojection, home};
+use super::home::{Home, PaintMapping, home};
 use super::parts::{LayerParts, PartSource, camera_of};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::FaceIndex;
@@ -99,7 +99,7 @@ fn paint_on_the_surroundings_keeps_its_direction_whatever_the_camera() {
     let patch = PaintPatch::of_pixels(&[(2, 1, blue)]);
     let between = |old: &PaintedView, now: &PaintedView| {
         let (camera, pose) = camera_of(&now.photo, &now.camera);
-        Reprojection::between(&entry, old, camera, pose)
+        PaintMapping::between(&entry, old, camera, pose)
     };
     // It is infinitely far away, so a step aside changes nothing.
     assert!(between(&view(0.0), &view(3.0)).is_none());
@@ -142,7 +142,7 @@ fn paint_of_a_surface_that_is_gone_is_lost_and_not_given_to_another_object() {
 fn moved(entry: &PaintEntry, patch: &PaintPatch, to: &PaintedView) -> Option<PaintPatch> {
     let (camera, pose) = camera_of(&to.photo, &to.camera);
     let photo = PixelRect::of_size(20, 8);
-    Reprojection::between(entry, &view(0.0), camera, pose)
+    PaintMapping::between(entry, &view(0.0), camera, pose)
         .map(|reprojection| reprojection.applied(patch, photo))
 }
 
@@ -175,7 +175,7 @@ fn a_photo_of_twice_the_size_shows_paint_of_twice_the_size() {
     double.camera.K = [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 1.0]];
     let (camera, pose) = camera_of(&double.photo, &double.camera);
     let reprojection =
-        Reprojection::between(&entry, &view(0.0), camera, pose).expect("the camera is another one");
+        PaintMapping::between(&entry, &view(0.0), camera, pose).expect("the camera is another one");
     let found = reprojection.applied(&patch, PixelRect::of_size(40, 16)).picked(|_, _, _| true);
     assert_eq!((found.rect(), found.count()), (PixelRect { x: 2, y: 2, w: 4, h: 2 }, 8));
 }

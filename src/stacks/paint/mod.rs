@@ -11,7 +11,7 @@ pub mod parts;
 use std::cell::OnceCell;
 use std::path::Path;
 
-use self::home::{Home, Reprojection, home};
+use self::home::{Home, PaintMapping, home};
 use self::lost::LostPaint;
 use self::parts::{LayerParts, PartSource, SurfacePart, camera_of};
 use quadratura_base::error::Result;
@@ -251,7 +251,7 @@ impl PhotoPaint {
         let patch = store.patch(entry)?;
         let (camera, pose) = camera_of(&stack.photo, &stack.camera);
         let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
-        Ok(match Reprojection::between(entry, &self.views[index], camera, pose) {
+        Ok(match PaintMapping::between(entry, &self.views[index], camera, pose) {
             Some(moved) => moved.applied(&patch, photo),
             None => patch,
         })

@@ -10,7 +10,7 @@ use quadratura_projection::Renders;
 use quadratura_view::legend::{CONTINUED, CONTINUED_NAME, Origin};
 use quadratura_view::{DisplayMode, Quality, Shot};
 
-use super::Shares;
+use super::SourceShares;
 
 /// Pixels of the picture per pixel of the picture of sources, along a side.
 pub(super) const SOURCES_STEP: u32 = 4;
@@ -50,7 +50,7 @@ pub(super) fn draw_sources(
     preview: &mut Preview,
     shot: &Shot,
     task: &Task,
-) -> Result<(IndexedPicture, Shares)> {
+) -> Result<(IndexedPicture, SourceShares)> {
     let coarse = Shot {
         display: DisplayMode::Provenance,
         quality: Quality::Finer,
@@ -59,7 +59,7 @@ pub(super) fn draw_sources(
     };
     let picture = preview.picture_of_faces(&coarse, task)?;
     let faces = preview.faces(&coarse, task)?;
-    let mut shares = Shares::default();
+    let mut shares = SourceShares::default();
     let mut index = |(pixel, face): (&[u8; 4], &u32)| -> u8 {
         let origin = origin_of_colour(*pixel);
         if *face == 0 {

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-pub use self::report::{OrthoReport, PlaceInFrame, Shares};
+pub use self::report::{OrthoReport, PlaceInFrame, SourceShares};
 pub use self::resolution::Resolution;
 pub use self::subject::Subject;
 
@@ -302,7 +302,7 @@ fn described(
     opened: &Opened,
     plan: &OrthoPlan,
     options: &OrthoOptions,
-    shares: Shares,
+    shares: SourceShares,
     left_out: Vec<String>,
 ) -> OrthoReport {
     let Resolution { pixel_m, scale, dpi } = options.resolution;

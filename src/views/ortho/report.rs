@@ -8,7 +8,7 @@ use quadratura_view::legend::Origin;
 
 /// The shares of a picture's surfaces by where their pixels come from, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Shares {
+pub struct SourceShares {
     /// Record: photos show it, the photo of the texel itself.
     pub photographed: f64,
     /// Record: filled from other photos, which show it.
@@ -21,7 +21,7 @@ pub struct Shares {
     pub nothing: f64,
 }
 
-impl Shares {
+impl SourceShares {
     /// Counts a pixel.
     pub(super) fn add(&mut self, origin: Option<Origin>) {
         *match origin {
@@ -95,7 +95,7 @@ pub struct OrthoReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub map_corner: Option<[f64; 2]>,
     /// Where its pixels come from.
-    pub shares: Shares,
+    pub shares: SourceShares,
     /// The side of a pixel of the best photo on the surface in metres, in the median: what can be told apart, and so the uncertainty of a
     /// point that is measured in the picture.
     #[serde(skip_serializing_if = "Option::is_none")]

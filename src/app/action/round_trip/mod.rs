@@ -22,8 +22,8 @@ use self::watching::{take_saved, watch_for_saves};
 use crate::state::State;
 use crate::state::request::{Request, RoundTripRequest};
 use crate::work::Work;
-use quadratura_io::documents::is_document;
 use quadratura_io::programs::image_editors;
+use quadratura_layered_files::recognise::is_document;
 
 /// Applies a request about the round trip.
 pub fn apply(state: &mut State, work: &mut Work, request: RoundTripRequest) {

@@ -80,7 +80,7 @@ fn bench_with(on: WarpOn, image: impl Fn(PhotoId, Pinhole, Pose) -> Ldi + Send +
                 return;
             }
             let ldi = Arc::new(image(request.photos[0], camera, pose));
-            bench.finish(&task, Ok(BuiltImage { ldi, photos: request.photos, stage: Stage::Whole }));
+            bench.finish(&task, Ok(BuiltImage { ldi, photos: request.photos, stage: RequestStage::Whole }));
         }
     };
     let builder = Builder::start(|| (), || (), work).unwrap();
@@ -203,19 +203,19 @@ fn a_coarse_image_is_drawn_until_there_is_a_better_one_and_never_after_it() {
     let mut bench = bench();
     let camera = bench.shot.camera;
     let pose = bench.shot.pose;
-    let mut take = |photo: u32, stage: Stage| {
+    let mut take = |photo: u32, stage: RequestStage| {
         let photo = PhotoId(photo);
         let built = BuiltImage { ldi: Arc::new(ldi(photo, camera, pose)), photos: vec![photo], stage };
-        bench.view.images.take(Made { result: Ok(built), is_draft: stage < Stage::Whole }, bench.now);
+        bench.view.images.take(Made { result: Ok(built), is_draft: stage < RequestStage::Whole }, bench.now);
         // The image before has faded by then.
         let drawn = bench.draw([0.5, 0.0, 0.0, 0.0], 300);
         (red(&drawn), numbers(&drawn.status.photos))
     };
-    assert_eq!(take(3, Stage::Coarse), (Some(160), vec![3]), "of the photo that lies in the cache");
-    assert_eq!(take(0, Stage::OnePhoto), (Some(40), vec![0]));
-    assert_eq!(take(1, Stage::Coarse), (Some(40), vec![0]));
-    assert_eq!(take(2, Stage::Whole), (Some(120), vec![2]));
-    assert_eq!(take(0, Stage::OnePhoto), (Some(120), vec![2]));
+    assert_eq!(take(3, RequestStage::Coarse), (Some(160), vec![3]), "of the photo that lies in the cache");
+    assert_eq!(take(0, RequestStage::OnePhoto), (Some(40), vec![0]));
+    assert_eq!(take(1, RequestStage::Coarse), (Some(40), vec![0]));
+    assert_eq!(take(2, RequestStage::Whole), (Some(120), vec![2]));
+    assert_eq!(take(0, RequestStage::OnePhoto), (Some(120), vec![2]));
 }
 
 /// Returns the layered depth image of some boxes, and a view from beside it.

@@ -25,7 +25,7 @@ use quadratura_layers::software::owners;
 const AROUND_PX: u32 = 8;
 
 /// A photo's sight of see-through surfaces and of what is behind them.
-pub struct Sight {
+pub struct MatteSight {
     /// The indices of the site's pieces plus one at each pixel of their bounding box and a little around it, as in
     /// [`Evidence`].
     pub candidates: Image<[u16; CANDIDATES]>,
@@ -36,7 +36,7 @@ pub struct Sight {
     owners: Vec<u32>,
 }
 
-impl Sight {
+impl MatteSight {
     /// Returns what a photo sees of `pieces`, those of the site's model; `None` where it shows none of them.
     pub fn new(basis: &MatteBasis, own: &Donor, pieces: &[SeeThroughPiece]) -> Option<Self> {
         let (project, site) = (basis.project, basis.site);
@@ -131,7 +131,7 @@ pub fn evidence(
     context: &FillContext,
     photo: PhotoId,
     own: &Donor,
-    sight: &Sight,
+    sight: &MatteSight,
     around: &mut SurroundingsFiller,
     task: &Task,
 ) -> Result<Evidence> {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::behind::{Sight, colours, evidence};
+use super::behind::{MatteSight, colours, evidence};
 use super::{MatteBasis, SeeThroughPiece};
 use crate::fill::surroundings::SurroundingsFiller;
 use quadratura_base::error::{Error, Message, Result};
@@ -122,13 +122,13 @@ impl Search<'_> {
     fn tried<T>(
         &mut self,
         photo: PhotoId,
-        work: impl FnOnce(&mut Self, &Donor, &Sight, &Task) -> Result<T>,
+        work: impl FnOnce(&mut Self, &Donor, &MatteSight, &Task) -> Result<T>,
     ) -> Result<Option<T>> {
         let task = self.task.with_subject(&self.basis.site.photo(photo).name);
         let tried = || {
             let own: Option<Arc<Donor>> = self.context.source.own(photo)?;
             let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
-            let sight = task.timed("matte sight", || Sight::new(self.basis, &own, self.pieces));
+            let sight = task.timed("matte sight", || MatteSight::new(self.basis, &own, self.pieces));
             sight.map(|sight| work(self, &own, &sight, &task)).transpose()
         };
         match tried() {
@@ -149,7 +149,7 @@ impl Search<'_> {
         &mut self,
         photo: PhotoId,
         own: &Donor,
-        sight: &Sight,
+        sight: &MatteSight,
         model: &(impl Fn(u16) -> Option<&'m ColourModel> + Sync),
         task: &Task,
     ) -> Result<RoundState> {
@@ -185,7 +185,7 @@ impl Search<'_> {
         kept: &BTreeMap<PhotoId, RoundState>,
         photo: PhotoId,
         own: &Donor,
-        sight: &Sight,
+        sight: &MatteSight,
         task: &Task,
     ) -> Result<Vec<Matte>> {
         let Some(RoundState { odds, .. }) = kept.get(&photo) else { return Ok(Vec::new()) };
@@ -207,7 +207,11 @@ impl Search<'_> {
 }
 
 /// Returns what the other photos expect at each pixel of each candidate.
-fn expected(kept: &BTreeMap<PhotoId, RoundState>, photo: PhotoId, sight: &Sight) -> Image<[f32; CANDIDATES]> {
+fn expected(
+    kept: &BTreeMap<PhotoId, RoundState>,
+    photo: PhotoId,
+    sight: &MatteSight,
+) -> Image<[f32; CANDIDATES]> {
     // Of thousands of faces a photo shows few, and what others tell of one takes time.
     let mut is_shown = vec![false; sight.seen.len() + 1];
     sight.candidates.pixels().as_flattened().iter().for_each(|index| is_shown[usize::from(*index)] = true);
