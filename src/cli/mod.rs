@@ -65,6 +65,7 @@ mod status;
 mod stroke;
 mod surroundings;
 mod table;
+mod text;
 mod timings;
 mod transients;
 mod tree;
@@ -159,6 +160,7 @@ fn dispatch(command: &CommandArgs, task: &Task) -> Result<Outcome> {
         CommandArgs::Render(args) => render::run(args, task),
         CommandArgs::Frame(args) => frame::run(args, task),
         CommandArgs::Ortho(args) => ortho::run(args, task),
+        CommandArgs::Text(args) => text::run(args, task),
         CommandArgs::Score(args) => score::run(args, task),
         CommandArgs::Ldi(args) => ldi::run(args, task),
         CommandArgs::Tree(args) => tree::run(args, task),

@@ -4,7 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bookmark, CameraPath, ColourDecisions, Decisions, Masks, SiteFrame, SurroundingsPicture, Trees};
+use super::{
+    Bookmark, CameraPath, ColourDecisions, Decisions, Masks, PageDecisions, PlaceText, SiteFrame,
+    SurroundingsPicture, Trees,
+};
 use quadratura_base::geometry::Similarity;
 use quadratura_layers::Options;
 use quadratura_layers::fill::FillOptions;
@@ -72,6 +75,12 @@ pub struct Project {
     /// What makes the site level, metric and oriented, for exports, measurements and orthophotos.
     #[serde(default, skip_serializing_if = "SiteFrame::is_empty")]
     pub frame: SiteFrame,
+    /// Texts at places, which a published page shows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub texts: Vec<PlaceText>,
+    /// What a published page says beside them.
+    #[serde(default, skip_serializing_if = "PageDecisions::is_empty")]
+    pub page: PageDecisions,
     /// Trees that stand in the site.
     #[serde(default, skip_serializing_if = "Trees::is_empty")]
     pub trees: Trees,
@@ -107,6 +116,8 @@ impl Default for Project {
             see_through: BTreeMap::new(),
             surroundings: None,
             frame: SiteFrame::default(),
+            texts: Vec::new(),
+            page: PageDecisions::default(),
             trees: Trees::default(),
         }
     }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_document::project::PROJECT_VERSION;
-use quadratura_document::{Bookmark, CameraPath, Project};
+use quadratura_document::{Bookmark, CameraPath, PlaceText, Project};
 use quadratura_files::atomic::write_atomically;
 use quadratura_files::json::{read_json, to_json};
 use quadratura_files::lock::LOCK_FILE;
@@ -68,6 +68,7 @@ pub fn judged(file: &Path, project: Project) -> Result<Project> {
         ("views", project.views.iter().find_map(Bookmark::problem)),
         ("flight", project.flight.as_ref().and_then(CameraPath::problem)),
         ("masks", project.masks.problem()),
+        ("texts", project.texts.iter().find_map(PlaceText::problem)),
         ("trees", project.trees.problem()),
     ];
     match problems.into_iter().find_map(|(place, problem)| Some((place, problem?))) {
@@ -219,6 +220,7 @@ mod tests {
     use super::*;
     use quadratura_base::geometry::Similarity;
     use quadratura_base::scene::FaceIndex;
+    use quadratura_document::PageDecisions;
     use quadratura_document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees, UpAxis};
     use quadratura_document::{ColourDecisions, Decisions, Masks, PhotoDecisions};
     use quadratura_layers::fill::FillOptions;
@@ -228,6 +230,15 @@ mod tests {
         Project {
             surroundings: None,
             frame: Default::default(),
+            texts: vec![PlaceText {
+                title: "The gate".into(),
+                text: "It is shut.".into(),
+                at: [1.0, -2.0, 0.5],
+                link: Some("https://example.org".into()),
+                view: None,
+                language: Some("en".into()),
+            }],
+            page: PageDecisions { title: Some("The square".into()), ..PageDecisions::default() },
             version: PROJECT_VERSION,
             photos: "../site/images".into(),
             cameras: "../site/sparse".into(),

@@ -1,6 +1,6 @@
 //! Creating a project: all inputs are read and checked before anything is written.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,8 +12,8 @@ use crate::open::{Opened, open_site};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
+use quadratura_document::Project;
 use quadratura_document::project::PROJECT_VERSION;
-use quadratura_document::{ColourDecisions, Decisions, Masks, Project, Trees};
 use quadratura_files::lock::{LOCK_FILE, ProjectLock};
 use quadratura_import::cameras::{CameraOptions, check_exists};
 use quadratura_io::project::{check_is_empty, relative_to, write_project};
@@ -98,17 +98,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             options: new.options.clone(),
             // Paint is seen from everywhere; projects of before are asked.
             fill: FillOptions { propagate: Propagation::all(), ..FillOptions::default() },
-            colour: ColourDecisions::default(),
-            decisions: Decisions::default(),
-            views: Vec::new(),
-            flight: None,
-            masks: Masks::default(),
-            objects_off: BTreeSet::new(),
-            impostors: BTreeMap::new(),
-            see_through: BTreeMap::new(),
-            surroundings: None,
-            frame: Default::default(),
-            trees: Trees::default(),
+            ..Project::default()
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

@@ -23,6 +23,7 @@ mod seen;
 mod site;
 mod stopped;
 mod suggested;
+mod texts;
 mod tree;
 mod tree_paint;
 mod updating;

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::common;
 use quadratura::task::Task;
+use quadratura::testing::document::PlaceText;
 use quadratura::testing::exports::page::{PageOptions, Published, leaving, publish};
 use quadratura::testing::scene::Photo;
 use quadratura::testing::stacks::tiny_site::tiny_stacks;
@@ -32,7 +33,16 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn a_page_has_no_names_of_photos_and_the_same_bytes_each_time() {
     let Some(gpu) = common::gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let (project, opened) = tiny_stacks(folder.path()).unwrap();
+    let (project, mut opened) = tiny_stacks(folder.path()).unwrap();
+    opened.project.page.credits = vec!["Ann & Bob".to_owned()];
+    opened.project.texts = vec![PlaceText {
+        title: "The <b>gate</b>".to_owned(),
+        text: "It is shut.".to_owned(),
+        at: [0.0, 0.0, 12.0],
+        link: Some("https://example.org/?a&b".to_owned()),
+        view: None,
+        language: Some("en".to_owned()),
+    }];
     let photos: Vec<&Photo> = opened.site.photos.iter().collect();
     let title = "<script>\u{2028}".to_owned();
     let options =
@@ -65,6 +75,10 @@ fn a_page_has_no_names_of_photos_and_the_same_bytes_each_time() {
     ] {
         assert!(content.contains_key(name), "{name} is missing: {:?}", content.keys());
     }
+    let index = String::from_utf8_lossy(&content["index.html"]);
+    let article = "<article lang=\"en\"><h2>The &lt;b&gt;gate&lt;/b&gt;</h2><p>It is shut.</p><p><a \
+                   href=\"https://example.org/?a&amp;b\">";
+    assert!(index.contains(article) && index.contains("<p>Ann &amp; Bob</p>"), "{index}");
     let sum: u64 = content.values().map(|bytes| bytes.len() as u64).sum();
     assert_eq!((one.bytes, one.viewer < 120_000), (sum, true));
 }

@@ -23,6 +23,7 @@ mod page;
 mod paint;
 mod pictures;
 mod surroundings;
+mod text;
 mod tree;
 mod tree_paint;
 mod view_of_ldi;
@@ -50,6 +51,7 @@ pub use ortho::OrthoArgs;
 pub use paint::PaintArgs;
 pub use pictures::{PICTURE_FORMATS, PictureArgs};
 pub use surroundings::SurroundingsArgs;
+pub use text::{TextAboutArgs, TextAddArgs, TextArgs, TextCommand, TextRemoveArgs};
 pub use tree::{
     Casts, FlakesOf, Shadows, TreeArgs, TreeBakeArgs, TreeChangeArgs, TreeCommand, TreeInfoArgs,
     TreeLightArgs, TreeListArgs, TreeMaskArgs, TreeMethod, TreeMoveArgs, TreePlaceArgs, TreeQuality,
@@ -183,6 +185,8 @@ pub enum CommandArgs {
     Frame(FrameArgs),
     /// Draw an orthophoto to scale: a facade from straight in front, a plan, or a section
     Ortho(OrthoArgs),
+    /// Write texts at places of the site, which its web page shows: add, list, remove; title, credits and licence of the page
+    Text(TextArgs),
     /// Predict photos from the others and measure how similar they are
     Score(ScoreArgs),
     /// Build, inspect and render layered depth images: one file per photo that shows new views without the project

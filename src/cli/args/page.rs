@@ -7,7 +7,7 @@ use quadratura_exports::page::{MOST_SIDE, PageOptions};
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Pages (page)")]
 pub struct PageArgs {
-    /// The title of the page
+    /// The title of the page [default: that of `text about`]
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
     /// The quality of JPEGs, from 1 to 100 [default: 80]
@@ -19,15 +19,12 @@ pub struct PageArgs {
     /// The size that the page should not exceed, in megabytes; a larger one is written all the same, and said [default: 150]
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..))]
     pub budget: Option<u64>,
-    /// Who is to be named below the page, such as photographers; may be given several times
+    /// Who is to be named below the page, such as photographers; may be given several times [default: those of `text about`]
     #[arg(long, value_name = "TEXT")]
     pub credit: Vec<String>,
-    /// The licence of the photos: an SPDX name such as CC-BY-4.0, or the address of a text
+    /// The licence of the photos: an SPDX name such as CC-BY-4.0, or the address of a text [default: that of `text about`]
     #[arg(long, value_name = "NAME|URL")]
     pub licence: Option<String>,
-    /// A JSON file with texts at places
-    #[arg(long, value_name = "FILE")]
-    pub texts: Option<std::path::PathBuf>,
     /// The bookmark at which a visit starts [default: the first one, else the first photo]
     #[arg(long, value_name = "NAME")]
     pub viewpoint: Option<String>,
@@ -53,7 +50,6 @@ impl PageArgs {
             budget: self.budget.map_or(usual.budget, |megabytes| megabytes.saturating_mul(1_000_000)),
             credits: self.credit.clone(),
             licence: self.licence.clone(),
-            texts: self.texts.clone(),
             viewpoint: self.viewpoint.clone(),
             keep_names: self.keep_names,
             keep_coordinates: self.keep_coordinates,

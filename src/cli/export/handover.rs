@@ -64,7 +64,6 @@ pub fn check(args: &ExportArgs) -> Result<()> {
         ("--budget", page.budget.is_some(), is_page, "page"),
         ("--credit", !page.credit.is_empty(), is_page, "page"),
         ("--licence", page.licence.is_some(), is_page, "page"),
-        ("--texts", page.texts.is_some(), is_page, "page"),
         ("--viewpoint", page.viewpoint.is_some(), is_page, "page"),
         ("--keep-names", page.keep_names, is_page, "page"),
         ("--keep-coordinates", page.keep_coordinates, is_page, "page"),

@@ -11,11 +11,12 @@ use super::report::{FileReport, LayerImportReport, LayerState};
 use super::scaled::unscaled;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::{PixelRect, Spans};
+use quadratura_document::Masks;
 use quadratura_document::export_record::ExportRecord;
 use quadratura_document::masks::{Mask, MaskChange, MaskOrigin};
 use quadratura_document::paint::ImportedMask;
 use quadratura_io::mask_store::MaskStore;
-use quadratura_io::project::{change_project, read_project};
+use quadratura_io::project::change_project;
 use quadratura_layered_files::EditedLayer;
 
 /// The mask in a file.
@@ -70,6 +71,8 @@ pub fn mask_of(
 /// The masks of an import in progress.
 #[derive(Debug, Default)]
 pub struct MaskSession {
+    /// The project's masks before it.
+    masks: Masks,
     arrived: Vec<Arrived>,
 }
 
@@ -83,6 +86,11 @@ struct Arrived {
 }
 
 impl MaskSession {
+    /// Begins with the project's masks.
+    pub fn new(masks: Masks) -> Self {
+        Self { masks, arrived: Vec::new() }
+    }
+
     /// Returns true when a mask changes.
     pub fn changed(&self) -> bool {
         !self.arrived.is_empty()
@@ -90,9 +98,6 @@ impl MaskSession {
 
     /// Adds the mask that a document contains for a photo of this size. Returns the number of pixels whose masking
     /// changes.
-    ///
-    /// # Errors
-    /// Returns [`quadratura_base::Error::Io`] and [`quadratura_base::Error::Input`] when `project.json` cannot be read.
     pub fn take(
         &mut self,
         project: &Path,
@@ -100,10 +105,9 @@ impl MaskSession {
         document: &str,
         size: [u32; 2],
         masked: Spans,
-    ) -> Result<u64> {
+    ) -> u64 {
         let from = MaskOrigin::Layer(document.to_owned());
-        let masks = read_project(project)?.masks;
-        let before = match masks.find(photo, &from) {
+        let before = match self.masks.find(photo, &from) {
             // A mask of another size has no meaning for these pixels.
             Some(mask) => MaskStore::new(project).read(&mask.file, size).unwrap_or_default(),
             None => Spans::default(),
@@ -113,7 +117,7 @@ impl MaskSession {
         if changed > 0 {
             self.arrived.push(Arrived { photo: photo.to_owned(), from, size, masked });
         }
-        Ok(changed)
+        changed
     }
 
     /// Writes the masks' files, to which nothing refers yet.
@@ -124,10 +128,10 @@ impl MaskSession {
         if self.arrived.is_empty() {
             return Ok(PreparedMasks::default());
         }
-        let (store, masks) = (MaskStore::new(project), read_project(project)?.masks);
+        let store = MaskStore::new(project);
         let mut changes = Vec::new();
         for Arrived { photo, from, size, masked } in self.arrived {
-            let before = masks.find(&photo, &from).cloned();
+            let before = self.masks.find(&photo, &from).cloned();
             let after = match masked.is_empty() {
                 true => None,
                 false => {

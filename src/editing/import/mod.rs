@@ -122,11 +122,12 @@ pub fn import(
     let exports = project.join("exports");
     let (records, problems) = task.timed("read records", || ExportStore::new(&exports).read_all())?;
     problems.iter().for_each(|problem| task.note(problem));
+    let known = read_project(project)?;
     let mut session = ImportSession {
         records,
         kept: Baselines::new(&exports),
-        paint: PaintSession::begin(project)?,
-        masks: MaskSession::default(),
+        paint: PaintSession::begin(project, known.fill)?,
+        masks: MaskSession::new(known.masks),
         options,
         recall,
     };
@@ -324,7 +325,7 @@ impl ImportSession<'_> {
         }
         if let Some(share) = mask {
             report.layers[share.report].changed =
-                self.masks.take(project, &photo, &document, size, share.masked)?;
+                self.masks.take(project, &photo, &document, size, share.masked);
         }
         self.paint.note_document(document, seen, &view);
         Ok(report)

@@ -14,7 +14,7 @@ use quadratura_document::paint::{
 };
 use quadratura_document::stroke::BrushMode;
 use quadratura_io::paint_store::PaintStore;
-use quadratura_io::project::{change_project, read_project};
+use quadratura_io::project::change_project;
 use quadratura_layers::fill::FillOptions;
 
 /// The project's paint with the changes of one import.
@@ -99,14 +99,13 @@ impl CommittedPaint {
 }
 
 impl<'a> PaintSession<'a> {
-    /// Reads the paint of the project in the folder `project`.
+    /// Reads the paint of the project in the folder `project`, which has these options of filling.
     ///
     /// # Errors
-    /// Returns the errors of reading the paint book and `project.json`.
-    pub fn begin(project: &'a Path) -> Result<Self> {
+    /// Returns the errors of reading the paint book.
+    pub fn begin(project: &'a Path, fill: FillOptions) -> Result<Self> {
         let store = PaintStore::new(project);
         let before = store.read()?;
-        let fill = read_project(project)?.fill;
         // A number that an import had which was undone is not used again while something is decided about it.
         let decided = fill.only_here.imports.last().map_or(0, |number| number.saturating_add(1));
         let number = before.next_import().max(decided);

@@ -28,6 +28,7 @@ use quadratura_document::stroke::{BrushMode, Stroke};
 use quadratura_document::{Project, Stack};
 use quadratura_io::layer_reader::{read_layer, read_mask};
 use quadratura_io::paint_store::PaintStore;
+use quadratura_io::project::read_project;
 use quadratura_io::stack_store::StackStore;
 use quadratura_io::unmasked::read_unmasked;
 use quadratura_layered_files::{Depth, Raster};
@@ -60,7 +61,7 @@ pub(super) fn apply_to_mattes(
         Error::missing((format!("{} has no stack yet; ", photo.name), Remedy::Build, " builds it"))
     })?;
     let pixels = task.timed("read photo", || read_unmasked(photo))?;
-    let session = PaintSession::begin(folder)?;
+    let session = PaintSession::begin(folder, read_project(folder)?.fill)?;
     let before = session.before().clone();
     let mut recorded = Recorded { session, report: StrokeReport::default() };
     let paint = PhotoPaint::new(&before, PaintStore::new(folder), &stack);

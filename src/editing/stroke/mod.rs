@@ -38,6 +38,7 @@ use quadratura_document::stack::StackPhoto;
 use quadratura_document::stroke::{BrushMode, Stroke};
 use quadratura_document::{Project, Stack};
 use quadratura_io::paint_store::PaintStore;
+use quadratura_io::project::read_project;
 use quadratura_io::stack_store::StackStore;
 use quadratura_layered_files::Depth;
 use quadratura_projection::exposure::ViewExposure;
@@ -132,7 +133,10 @@ pub fn apply(
     let dabs = Dabs::along(stroke, &shot, &mut renderer, task)?
         .ok_or_else(|| Error::Request("the stroke does not touch the model".into()))?;
     let grid = ViewGrid::new(&shot, &dabs, &mut renderer, task)?;
-    let recorded = Recorded { session: PaintSession::begin(folder)?, report: StrokeReport::default() };
+    let recorded = Recorded {
+        session: PaintSession::begin(folder, read_project(folder)?.fill)?,
+        report: StrokeReport::default(),
+    };
     let mut brushing = Brushing { site, stroke, shot, dabs, grid, renderer, recorded };
     match stroke.brush.mode {
         BrushMode::Erase => brushing.erase(false)?,

@@ -9,7 +9,7 @@ use quadratura_projection::LayerTextureId;
 const MOST: usize = 255;
 
 /// The labels of a photo's pixels.
-pub struct TextLabels {
+pub struct TexelLabels {
     /// The label of each pixel; 0 for nothing.
     of_pixel: Vec<u16>,
     /// The layers of each label, ascending.
@@ -28,7 +28,7 @@ pub struct ByteLabels {
     pub lost: usize,
 }
 
-impl TextLabels {
+impl TexelLabels {
     /// Labels so many pixels with nothing.
     pub fn new(count: usize) -> Self {
         Self { of_pixel: vec![0; count], sets: vec![Vec::new()], with: BTreeMap::new() }
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn a_pixel_of_two_layers_has_a_label_of_both() {
         let [wall, window] = [LayerTextureId(4), LayerTextureId(7)];
-        let mut labels = TextLabels::new(3);
+        let mut labels = TexelLabels::new(3);
         labels.claim(0, wall);
         labels.claim(1, wall);
         labels.claim(1, window);
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn of_too_many_labels_the_smallest_become_nothing() {
-        let mut labels = TextLabels::new(600);
+        let mut labels = TexelLabels::new(600);
         for at in 0..600 {
             labels.claim(at, LayerTextureId(if at < 300 { at as u32 } else { 7 }));
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 /// Options of [`super::publish`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct PageOptions {
-    /// The title; that of the project without one.
+    /// The title; that which the project keeps without one.
     pub title: Option<String>,
     /// The quality of JPEGs, from 1 to 100.
     pub quality: u8,
@@ -13,12 +13,10 @@ pub struct PageOptions {
     pub longest: u32,
     /// The most bytes of all files together.
     pub budget: u64,
-    /// Who is to be named below the page.
+    /// Who is to be named below the page; those whom the project keeps where there is nobody.
     pub credits: Vec<String>,
-    /// The licence of the photos: an SPDX name, or the address of a text.
+    /// The licence of the photos: an SPDX name, or the address of a text; that which the project keeps without one.
     pub licence: Option<String>,
-    /// A JSON file with texts at places.
-    pub texts: Option<PathBuf>,
     /// The bookmark at which a visit starts; without one, the first, or a photo where there are none.
     pub viewpoint: Option<String>,
     /// Whether photos keep their names, and objects theirs.
@@ -38,7 +36,6 @@ impl Default for PageOptions {
             budget: 150_000_000,
             credits: Vec::new(),
             licence: None,
-            texts: None,
             viewpoint: None,
             keep_names: false,
             keep_coordinates: false,

@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use super::labels::TextLabels;
+use super::labels::TexelLabels;
 use super::plane::{halved, in_16_steps};
 use super::tiles::{TileGrid, TiledPhoto};
 use quadratura_base::error::Result;
@@ -23,7 +23,7 @@ pub struct ComposedPhoto {
     /// The pixels that layers show, sRGB, 3 bytes each; 0 where none does.
     pub rgb: Vec<u8>,
     /// The layers that show each pixel.
-    pub labels: TextLabels,
+    pub labels: TexelLabels,
     /// Confidence, without the photo's border, in 255ths.
     pub trust: Vec<u8>,
     /// Agreement, in 255ths; 255 where no layer shows the pixel.
@@ -52,7 +52,7 @@ pub fn composed(
     let mut photo = ComposedPhoto {
         size,
         rgb: vec![0; 3 * count],
-        labels: TextLabels::new(count),
+        labels: TexelLabels::new(count),
         trust: vec![0; count],
         agreement: vec![u8::MAX; count],
         outlines: vec![u8::MAX; count],

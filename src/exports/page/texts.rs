@@ -1,6 +1,7 @@
 //! The texts of a page: `index.html`, which is also the page without a viewer.
 
-use super::place_texts::{DescribedText, is_harmless};
+use super::place_texts::DescribedText;
+use quadratura_document::page::is_harmless;
 use quadratura_page::html::{escaped, filled};
 use quadratura_page::viewer;
 
@@ -60,7 +61,10 @@ fn article(text: &DescribedText) -> String {
         .as_ref()
         .map(|link| format!("<p><a href=\"{0}\">{0}</a></p>", escaped(link)))
         .unwrap_or_default();
-    format!("<article><h2>{}</h2><p>{}</p>{link}</article>\n", escaped(&text.title), escaped(&text.text))
+    let language =
+        text.language.as_ref().map(|tag| format!(" lang=\"{}\"", escaped(tag))).unwrap_or_default();
+    let (title, text) = (escaped(&text.title), escaped(&text.text));
+    format!("<article{language}><h2>{title}</h2><p>{text}</p>{link}</article>\n")
 }
 
 /// Returns who is named, and the licence, with a link to its text where it is an address or an SPDX name.

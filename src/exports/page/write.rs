@@ -12,7 +12,7 @@ use super::labels::ByteLabels;
 use super::options::{LeavingPhoto, PageOptions, PagePart, Published};
 use super::photo::composed;
 use super::photos::{IN_A_CHUNK, PackedPhoto, PhotoPacking, PhotoToPack};
-use super::place_texts::{DescribedText, read_texts};
+use super::place_texts::{DescribedText, described_texts};
 use super::plane::{differences, in_8_steps, in_16_steps};
 use super::safe::{PhotoMap, SafeSearch, half_trust};
 use super::texts::{PageTexts, index};
@@ -81,7 +81,7 @@ impl<'a> PageWriter<'a> {
     /// Prepares a page of these photos.
     ///
     /// # Errors
-    /// [`Error::Request`] for a viewpoint that the project does not have, and those of reading texts.
+    /// [`Error::Request`] for a viewpoint that the project does not have, also as that of a text.
     pub fn new(
         opened: &'a Opened,
         ids: &'a [PhotoId],
@@ -120,12 +120,7 @@ impl<'a> PageWriter<'a> {
             }),
         };
         let names: Vec<&str> = views.iter().map(|view| view.name.as_str()).collect();
-        let texts = options
-            .texts
-            .as_ref()
-            .map(|file| read_texts(file, &names, origin))
-            .transpose()?
-            .unwrap_or_default();
+        let texts = described_texts(&opened.project.texts, &names, origin)?;
         let up = up(&opened.site.photos);
         let mut left_out = Vec::new();
         if !opened.project.trees.is_empty() {
@@ -279,7 +274,8 @@ impl<'a> PageWriter<'a> {
     }
 
     fn title(&self) -> String {
-        self.options.title.clone().unwrap_or_else(|| "A photographed place".to_owned())
+        let title = self.options.title.as_ref().or(self.opened.project.page.title.as_ref());
+        title.cloned().unwrap_or_else(|| "A photographed place".to_owned())
     }
 
     /// Writes the poster, the pictures of viewpoints for browsers that cannot draw more, and the page that shows them.
@@ -316,7 +312,9 @@ impl<'a> PageWriter<'a> {
             .into_iter()
             .chain(site.far.iter().cloned())
             .collect();
-        let (credits, licence) = (&self.options.credits, self.options.licence.as_deref());
+        let said = &self.opened.project.page;
+        let credits = if self.options.credits.is_empty() { &said.credits } else { &self.options.credits };
+        let licence = self.options.licence.as_deref().or(said.licence.as_deref());
         let texts = PageTexts {
             title: &site.title,
             views: &names,

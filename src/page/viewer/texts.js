@@ -6,7 +6,7 @@ quadratura.texts = (() => {
   let walker, site, markers = [];
 
   function open(i) {
-    const { title, text, link, view } = site.texts[i];
+    const { title, text, link, view, language } = site.texts[i];
     if (view !== null) walker.goTo(site.viewpoints[view]);
     else {
       // Without a viewpoint one turns to the place.
@@ -14,6 +14,7 @@ quadratura.texts = (() => {
       const heading = Math.atan2(dot(to, left), dot(to, ahead)), tilt = Math.asin(dot(to, up) / far);
       walker.goTo({ centre: walker.eye, rotation: rotationOf(walker.axes, { heading, tilt, roll: 0 }), tangent: walker.tangent });
     }
+    byId("text").lang = language || "";
     byId("text-title").textContent = title;
     byId("text-body").textContent = text;
     const more = byId("text-link");

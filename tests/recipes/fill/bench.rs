@@ -156,28 +156,8 @@ impl Bench {
 
     pub fn opened(&self) -> Opened {
         // Whatever the last build was asked for: stacks say so themselves.
-        let project = Project {
-            version: PROJECT_VERSION,
-            photos: ".".into(),
-            cameras: ".".into(),
-            model: ".".into(),
-            chunk: None,
-            rolling_shutter: false,
-            world_from_model: Similarity::IDENTITY,
-            options: Options::default(),
-            colour: Default::default(),
-            decisions: Default::default(),
-            masks: Default::default(),
-            objects_off: Default::default(),
-            impostors: Default::default(),
-            see_through: Default::default(),
-            surroundings: None,
-            frame: Default::default(),
-            trees: Default::default(),
-            fill: FillOptions::default(),
-            views: Vec::new(),
-            flight: None,
-        };
+        let project =
+            Project { photos: ".".into(), cameras: ".".into(), model: ".".into(), ..Project::default() };
         Opened {
             project,
             site: self.site.clone(),
