@@ -1,6 +1,5 @@
 //! Creating a project: all inputs are read and checked before anything is written.
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

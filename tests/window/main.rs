@@ -17,6 +17,7 @@ mod measuring;
 #[allow(dead_code)]
 mod paper;
 mod projects;
+mod publishing;
 mod room;
 mod session;
 mod space;

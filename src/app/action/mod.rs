@@ -14,6 +14,7 @@ pub mod masks;
 pub mod objects;
 pub mod opening;
 pub mod orthophoto;
+pub mod publish;
 pub mod quality;
 pub mod reread;
 pub mod round_trip;
@@ -62,6 +63,7 @@ pub fn apply(state: &mut State, work: &mut Work, request: Request) {
         Request::Trees(request) => trees::apply(state, work, request),
         Request::Images(request) => save_image::apply(state, work, request),
         Request::Ortho(request) => orthophoto::apply(state, work, request),
+        Request::Publish(request) => publish::apply(state, work, request),
         Request::Window(request) => window::apply(state, work, request),
     }
     autosave_if_due(state, work);

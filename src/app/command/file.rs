@@ -22,6 +22,7 @@ pub const COMMANDS: &[&Command] = &[
     &paint::IMPORT,
     &paint::EXPORT,
     &images::SAVE,
+    &images::PUBLISH,
     &images::PAGE,
     &images::ORTHOPHOTO,
     &flight::STILL,

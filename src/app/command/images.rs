@@ -4,7 +4,7 @@ use eframe::egui::Key;
 
 use super::paint::can_export_photo;
 use super::{Command, Menu, PLAIN, shift, with_project};
-use crate::state::request::{Flag, ImagesRequest, OrthoRequest, WindowRequest};
+use crate::state::request::{Flag, ImagesRequest, OrthoRequest, PublishRequest, WindowRequest};
 use crate::state::save_image::ImageFormat;
 
 /// Draws the 3D view from layered depth images, or from the model.
@@ -36,6 +36,16 @@ pub const ORTHOPHOTO: Command = Command {
               scale bar.",
     ready: super::paint::can_export,
     request: |_| OrthoRequest::Choose.into(),
+    ..PLAIN
+};
+
+/// Publishes the site as a web page.
+pub const PUBLISH: Command = Command {
+    name: "Publish as a web page…",
+    tooltip: "Writes the site as a folder in which visitors walk through it in their browser, with texts at places, credits and licence.",
+    menu: Menu::File,
+    ready: super::paint::can_export,
+    request: |_| PublishRequest::Choose.into(),
     ..PLAIN
 };
 

@@ -114,7 +114,8 @@ fn import_ui(context: &Context, dialogs: &mut RoundTripDialogs, requests: &mut V
 /// The formats that have dialogs of their own, because they are of one photo or of a view.
 const OTHERS: &[(&Command, &str)] = &[
     (&images::SAVE, "Layered depth image…"),
-    (&images::PAGE, "Page for browsers…"),
+    (&images::PAGE, "Page of one photo…"),
+    (&images::PUBLISH, "The site as a web page…"),
     (&images::ORTHOPHOTO, "Orthophoto…"),
     (&flight::STILL, "Picture of the view…"),
 ];
@@ -137,7 +138,7 @@ fn export_ui(
             ui.horizontal(|ui| programs(ui, dialog));
             ui.end_row();
             ui.label("Photo, view, face");
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 for (command, text) in OTHERS {
                     let ready = view.commands.ready(command);
                     let button = ui.add_enabled(ready.is_ok(), Button::new(*text).small());

@@ -30,6 +30,7 @@ pub mod palette;
 pub mod photo;
 pub mod photos;
 pub mod pictures;
+pub mod publish;
 pub mod removing;
 pub mod save_image;
 pub mod settings;

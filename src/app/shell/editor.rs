@@ -31,6 +31,7 @@ use crate::panel::opening::opening_ui;
 use crate::panel::opening::view::OpeningView;
 use crate::panel::orthophoto::orthophoto_ui;
 use crate::panel::palette::palette_ui;
+use crate::panel::publish::publish_ui;
 use crate::panel::save_image::save_image_ui;
 use crate::panel::space::SpaceTextures;
 use crate::panel::status::StatusView;
@@ -347,6 +348,9 @@ impl Editor {
         let texture = &mut self.textures.orthophoto;
         orthophoto_ui(&context, &self.state.running, &mut orthophoto, texture, &mut requests);
         self.state.dialogs.orthophoto = orthophoto;
+        let mut publish = self.state.dialogs.publish.take().filter(|_| self.state.session.is_some());
+        publish_ui(&context, &self.state.running, &mut publish, &mut requests);
+        self.state.dialogs.publish = publish;
         panel::help::help_ui(
             self.state.dialogs.help,
             self.state.settings.navigation,

@@ -2,6 +2,7 @@
 
 use super::orthophoto::OrthophotoDialog;
 use super::palette::Palette;
+use super::publish::PublishDialog;
 use super::save_image::SaveImage;
 
 /// Which dialogs are shown, and what is typed in them.
@@ -25,11 +26,14 @@ pub struct Dialogs {
     pub save_image: Option<SaveImage>,
     /// The dialog that draws an orthophoto.
     pub orthophoto: Option<OrthophotoDialog>,
+    /// The dialog that publishes the site as a web page.
+    pub publish: Option<PublishDialog>,
 }
 
 impl Dialogs {
     /// Returns whether one of them is open to which keys belong; the others stay open beside the views.
     pub fn take_keys(&self) -> bool {
-        self.palette.is_open() || self.settings || self.save_image.is_some() || self.orthophoto.is_some()
+        let of_files = self.save_image.is_some() || self.orthophoto.is_some() || self.publish.is_some();
+        self.palette.is_open() || self.settings || of_files
     }
 }

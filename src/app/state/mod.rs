@@ -27,6 +27,7 @@ pub mod panels;
 pub mod panes;
 pub mod pending;
 pub mod progress;
+pub mod publish;
 pub mod quality;
 pub mod request;
 pub mod round_trip;

@@ -2,6 +2,7 @@
 
 mod flag;
 mod ortho;
+mod publish;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -9,6 +10,7 @@ use std::sync::Arc;
 
 pub use self::flag::Flag;
 pub use self::ortho::OrthoRequest;
+pub use self::publish::PublishRequest;
 pub use super::quality::request::QualityRequest;
 pub use super::trees::request::TreeRequest;
 
@@ -80,6 +82,8 @@ pub enum Request {
     Images(ImagesRequest),
     /// Orthophotos.
     Ortho(OrthoRequest),
+    /// The site as a web page.
+    Publish(PublishRequest),
     /// The window itself.
     Window(WindowRequest),
 }
@@ -494,5 +498,6 @@ subjects!(
     Trees(TreeRequest),
     Images(ImagesRequest),
     Ortho(OrthoRequest),
+    Publish(PublishRequest),
     Window(WindowRequest)
 );

@@ -57,6 +57,9 @@ fn asked(wanted: DialogPurpose, dialog: rfd::FileDialog) -> Vec<PathBuf> {
         DialogPurpose::OrthoFolder => {
             dialog.set_title("Save orthophotos to this folder").pick_folder().into_iter().collect()
         }
+        DialogPurpose::PublishFolder => {
+            dialog.set_title("Publish the page in this folder").pick_folder().into_iter().collect()
+        }
         DialogPurpose::Program => {
             dialog.set_title("The image editor's program").pick_file().into_iter().collect()
         }

@@ -61,6 +61,11 @@ impl State {
                     dialog.folder = text;
                 }
             }
+            DialogPurpose::PublishFolder => {
+                if let Some(dialog) = &mut self.dialogs.publish {
+                    dialog.folder = text;
+                }
+            }
             DialogPurpose::Program => self.settings.image_editor.program = text,
         }
     }

@@ -101,6 +101,8 @@ pub enum DialogPurpose {
     PageFolder,
     /// The folder of orthophotos.
     OrthoFolder,
+    /// The folder of the site's web page.
+    PublishFolder,
     /// The program of an image editor.
     Program,
 }
