@@ -23,6 +23,8 @@ fn a_page_with_a_text_is_published_what_it_says_is_kept_and_undo_takes_it_back()
     let mut harness = opened(&project);
     harness.state_mut().run(&command::images::PUBLISH);
     appears(&mut harness, "2 of 2 photos are published");
+    // The dialog takes clicks once its size is known and it has faded in.
+    (0..6).for_each(|_| harness.step());
     press(&mut harness, "Add text");
     let dialog = harness.state_mut().dialogs.publish.as_mut().unwrap();
     (dialog.title, dialog.credits) = ("The square".into(), "Ann\nBob".into());

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::state::State;
 use crate::state::notes::{Note, Weight};
-use crate::state::publish::{OfferedPhoto, PublishDialog};
+use crate::state::publish::{OfferedPhoto, PublishDialog, TypedText};
 use crate::state::request::PublishRequest;
 use crate::state::running::JobKind;
 use crate::work::Work;
@@ -135,11 +135,28 @@ impl State {
 
 /// Returns the texts of the dialog at their places.
 fn placed_texts(dialog: &PublishDialog, opened: &Opened) -> Result<Vec<PlaceText>> {
-    let placed = |typed: &crate::state::publish::TypedText| {
-        let of = |why: String| Error::Request(format!("{:?}: {why}", typed.title));
-        let at = point_named(opened, typed.at.trim()).map_err(|error| of(error.to_string()))?;
-        let text = typed.placed(at.to_array());
-        text.problem().map_or(Ok(text), |problem| Err(Error::Request(problem)))
-    };
-    dialog.texts.iter().map(placed).collect()
+    (1..).zip(&dialog.texts).map(|(number, typed)| placed(number, typed, opened)).collect()
+}
+
+fn placed(number: usize, typed: &TypedText, opened: &Opened) -> Result<PlaceText> {
+    let (title, place) = (typed.title.trim(), typed.at.trim());
+    let fault = |why: String| Error::Request(format!("Text {number}: {why}"));
+    if title.is_empty() {
+        return Err(fault("it has no title, by which visitors choose it".into()));
+    }
+    if place.is_empty() {
+        return Err(fault(format!(
+            "{title:?} has no place; click it with the measuring tool before this dialog is opened, or type a pixel of a photo, such as \
+             {}:100,200",
+            first_photo(opened)
+        )));
+    }
+    let at = point_named(opened, place).map_err(|error| fault(error.to_string()))?;
+    let text = typed.placed(at.to_array());
+    text.problem().map_or(Ok(text), |problem| Err(fault(problem)))
+}
+
+/// Returns the name of a photo, for examples.
+fn first_photo(opened: &Opened) -> &str {
+    opened.site.photos.first().map_or("PHOTO", |photo| &photo.name)
 }

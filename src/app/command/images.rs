@@ -51,7 +51,7 @@ pub const PUBLISH: Command = Command {
 
 /// Saves the photo as a page.
 pub const PAGE: Command = Command {
-    name: "Export page for browsers…",
+    name: "Export page of the photo…",
     tooltip: "Writes the selected photo, with what is behind its surfaces, as a page for browsers in which one leans into \
               it.",
     ready: can_export_photo,

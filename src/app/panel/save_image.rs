@@ -46,7 +46,7 @@ fn questions(
             DialogPurpose::ImageFile,
         ),
         ImageFormat::Page => (
-            "Export page for browsers",
+            "Export page of the photo",
             "A folder with a page for browsers, in which one leans into the photo. It needs no network.",
             "Folder",
             DialogPurpose::PageFolder,
