@@ -7,10 +7,8 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use quadratura::task::Task;
-use quadratura::testing::document::project::PROJECT_VERSION;
 use quadratura::testing::document::stack::ImageLayer;
 use quadratura::testing::document::{Project, Stack};
-use quadratura::testing::geometry::Similarity;
 use quadratura::testing::io::layer_reader::read_grey;
 use quadratura::testing::io::stack_store::StackStore;
 use quadratura::testing::layers::fill::FillOptions;
