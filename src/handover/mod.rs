@@ -9,5 +9,6 @@ pub mod blender;
 pub mod camera;
 pub mod cameras_json;
 pub mod colmap;
+pub mod nuke;
 pub mod textured;
 pub mod transforms;

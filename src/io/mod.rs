@@ -15,6 +15,7 @@ mod in_use;
 pub mod known_projects;
 pub mod layer_png;
 pub mod layer_reader;
+pub mod layers_exr;
 pub mod mask_file;
 pub mod mask_store;
 #[cfg(test)]

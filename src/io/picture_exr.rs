@@ -23,7 +23,7 @@ use quadratura_view::LinearPicture;
 pub const EXTENSION: &str = "exr";
 
 /// The primaries and white of sRGB, which are those of ITU-R BT.709.
-const PRIMARIES: Chromaticities = Chromaticities {
+pub(super) const PRIMARIES: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
     green: Vec2(0.30, 0.60),
     blue: Vec2(0.15, 0.06),
@@ -74,7 +74,7 @@ fn encoded(picture: &LinearPicture) -> exr::error::Result<Vec<u8>> {
 }
 
 /// Returns the nearest 16-bit float that is a number.
-fn half(value: f32) -> f16 {
+pub(super) fn half(value: f32) -> f16 {
     f16::from_f32(value.clamp(-f16::MAX.to_f32(), f16::MAX.to_f32()))
 }
 

@@ -37,7 +37,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("spade", &["base/geometry/"]),
     ("i_overlay", &["base/geometry/"]),
     ("gltf", &["import/models/", "foliage/files/gltf/"]),
-    ("exr", &["io/depth_image/", "io/picture_exr.rs"]),
+    ("exr", &["io/depth_image/", "io/layers_exr.rs", "io/picture_exr.rs"]),
     ("image", &["import/photo/", "io/", "page/", "handover/textured/encoded.rs"]),
     ("jpeg_encoder", &["page/"]),
     ("exif", &["import/photo/"]),

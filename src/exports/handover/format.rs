@@ -13,6 +13,10 @@ pub enum HandoverFormat {
     Obj,
     /// The same as a stage with cameras.
     Usd,
+    /// The image layers of each photo as an OpenEXR file of several parts.
+    Exr,
+    /// A script for Nuke, with layers, geometry and cameras.
+    Nuke,
 }
 
 impl HandoverFormat {
@@ -39,13 +43,19 @@ impl HandoverFormat {
             Self::Usd,
             "The model with one set of textures and the photos' cameras: .usda with pictures, and .usdz",
         ),
+        ("exr", Self::Exr, "Image layers for compositing: an OpenEXR file of several parts per photo, in linear light"),
+        (
+            "nuke",
+            Self::Nuke,
+            "Experimental: a script for Nuke that projects the image layers of one photo at a time onto the model",
+        ),
     ];
 
     /// Returns whether the format is a model with one set of textures.
     pub fn is_baked(self) -> bool {
         match self {
             Self::Glb | Self::Obj | Self::Usd => true,
-            Self::Blender | Self::Cameras => false,
+            Self::Blender | Self::Cameras | Self::Exr | Self::Nuke => false,
         }
     }
 
@@ -57,6 +67,8 @@ impl HandoverFormat {
             Self::Glb => "GLB",
             Self::Obj => "OBJ",
             Self::Usd => "USD",
+            Self::Exr => "OpenEXR",
+            Self::Nuke => "Nuke (experimental)",
         }
     }
 

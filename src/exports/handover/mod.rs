@@ -8,8 +8,10 @@
 pub mod baked;
 pub mod blender;
 mod cameras;
+mod exr;
 pub mod folder;
 pub mod format;
+mod nuke;
 pub mod origin;
 mod photos;
 mod points;
@@ -77,6 +79,8 @@ pub fn hand_over(
         HandoverFormat::Blender => {
             blender::write(&mut folder, project, opened, photos, placement, options, task)?
         }
+        HandoverFormat::Exr => exr::write(&mut folder, project, opened, photos, placement, task)?,
+        HandoverFormat::Nuke => nuke::write(&mut folder, project, opened, photos, placement, options, task)?,
         HandoverFormat::Cameras => cameras::write(&mut folder, project, opened, photos, placement, task)?,
     }
     let done = folder.finish(task)?;

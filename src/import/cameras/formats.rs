@@ -8,9 +8,12 @@ use super::format::CameraFormat;
 use super::fspy::FSpy;
 use super::meshroom::Meshroom;
 use super::metashape::Metashape;
+use super::mve::Mve;
 use super::nvm::Nvm;
 use super::openmvg::OpenMvg;
 use super::opensfm::OpenSfm;
+use super::pix4d::Pix4d;
+use super::polycam::Polycam;
 use super::realityscan::table::RealityTable;
 use super::realityscan::xmp::RealityXmp;
 use super::transforms::Transforms;
@@ -25,6 +28,9 @@ static FORMATS: &[&dyn CameraFormat] = &[
     &Transforms,
     &Nvm,
     &Bundler,
+    &Pix4d,
+    &Mve,
+    &Polycam,
     &RealityTable,
     &RealityXmp,
     &FSpy,

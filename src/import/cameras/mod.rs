@@ -1,4 +1,5 @@
-//! Calibrated cameras of other programs: COLMAP, Metashape, Meshroom, OpenSfM, OpenMVG, nerfstudio, VisualSFM, Bundler, RealityScan, fSpy.
+//! Calibrated cameras of other programs: COLMAP, Metashape, Meshroom, OpenSfM, OpenMVG, nerfstudio, VisualSFM, Bundler, RealityScan,
+//! fSpy, Pix4D, MVE, Polycam.
 //!
 //! [`read_cameras`] finds the files and streams them through their format's reader (`formats` has the table)
 //! into one place that judges and keeps (`assembly`). What is wrong with one camera, photo or point is
@@ -25,12 +26,15 @@ mod lines;
 mod locate;
 mod meshroom;
 mod metashape;
+mod mve;
 mod nvm;
 mod openmvg;
 mod opensfm;
 mod options;
 mod photo_name;
 mod photo_paths;
+mod pix4d;
+mod polycam;
 mod pose;
 mod raw;
 mod realityscan;

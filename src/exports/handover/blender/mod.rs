@@ -13,7 +13,7 @@ mod billboards;
 pub mod blend;
 mod confidence;
 mod dome;
-mod layers;
+pub(super) mod layers;
 mod meshes;
 mod surfaces;
 mod weighing;

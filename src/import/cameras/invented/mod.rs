@@ -18,6 +18,7 @@ use quadratura_base::scene::synthetic::Rng;
 mod agree;
 pub(super) mod metashape;
 mod others;
+mod surveys;
 
 /// A photo of the sample, without a lens.
 #[derive(Debug, Clone)]

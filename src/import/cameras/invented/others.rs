@@ -22,16 +22,16 @@ fn opencv(x: f64, y: f64, k: [f64; 3], p: [f64; 2]) -> DVec2 {
     )
 }
 
-fn pinhole(shot: &Shot, bent: DVec2) -> DVec2 {
+pub(super) fn pinhole(shot: &Shot, bent: DVec2) -> DVec2 {
     bent * shot.f + DVec2::from(shot.centre_px)
 }
 
-fn plane(shot: &Shot, point: DVec3) -> DVec2 {
+pub(super) fn plane(shot: &Shot, point: DVec3) -> DVec2 {
     let seen = shot.see(point);
     DVec2::new(seen.x / seen.z, seen.y / seen.z)
 }
 
-fn brown(site: &Site, k: [f64; 3], p: [f64; 2]) -> Vec<Observed> {
+pub(super) fn brown(site: &Site, k: [f64; 3], p: [f64; 2]) -> Vec<Observed> {
     site.observed(|shot, point| {
         let at = plane(shot, point);
         pinhole(shot, opencv(at.x, at.y, k, p))
