@@ -28,6 +28,9 @@ pub struct BakedArgs {
     /// Leave grey what no photo shows, instead of baking fillings and continuing surfaces
     #[arg(long)]
     pub holes: bool,
+    /// Make pages the tiles of one picture (UDIM), for programs of film; for --format obj and usd
+    #[arg(long)]
+    pub udim: bool,
     /// The direction that is up in OBJ files [default: project]
     #[arg(long, value_parser = one_of(UP_AXES))]
     pub up: Option<UpAxis>,
@@ -51,6 +54,7 @@ impl BakedArgs {
             png: self.png,
             holes: self.holes,
             up: self.up.unwrap_or_default(),
+            udim: self.udim,
             memory,
             ..BakedOptions::default()
         }

@@ -26,7 +26,7 @@ const PHOTOS_PER_FACE: usize = 8;
 const LAYERED: &str = "psd, folder, ora and xcf";
 
 /// The formats of other programs.
-const OTHERS: &str = "blender, cameras, glb, obj and usd";
+const OTHERS: &str = "blender, cameras, glb, obj, usd, exr and nuke";
 
 /// The formats of models with textures.
 const BAKED: &str = "glb, obj and usd";
@@ -45,6 +45,7 @@ pub fn check(args: &ExportArgs) -> Result<()> {
     let is_blender = format == Some(HandoverFormat::Blender);
     let is_baked = format.is_some_and(HandoverFormat::is_baked);
     let is_obj = format == Some(HandoverFormat::Obj);
+    let has_tiles = is_obj || format == Some(HandoverFormat::Usd);
     let (baked, page) = (&args.baked, &args.page);
     // The argument, whether it was given, whether it applies, and the formats that it is for.
     let given = [
@@ -57,6 +58,7 @@ pub fn check(args: &ExportArgs) -> Result<()> {
         ("--page-size", baked.page_size.is_some(), is_baked, BAKED),
         ("--png", baked.png, is_baked, BAKED),
         ("--holes", baked.holes, is_baked, BAKED),
+        ("--udim", baked.udim, has_tiles, "obj and usd: GLB has no tiles, its pages are materials"),
         ("--up", baked.up.is_some(), is_obj, "obj"),
         ("--title", page.title.is_some(), is_page, "page"),
         ("--quality", page.quality.is_some(), is_page, "page"),

@@ -69,14 +69,35 @@ pub struct TexturePage {
     pub file: String,
     /// The format of the file.
     pub kind: PageKind,
+    /// Its number, from 0, where pages are tiles of one picture (UDIM); the file is `SET.1001.ENDING` then, and so on.
+    pub tile: Option<u32>,
     /// The file's bytes.
     pub bytes: Vec<u8>,
 }
+
+/// The number of the first tile of a picture; there are ten in a row.
+pub const FIRST_UDIM: u32 = 1001;
 
 impl TexturePage {
     /// Returns the name of the material.
     pub fn material(&self) -> &str {
         self.file.rsplit_once('.').map_or(&self.file, |(stem, _)| stem)
+    }
+
+    /// Returns the name of the picture that it is a tile of; of a page that is none that of its material.
+    pub fn set(&self) -> &str {
+        let material = self.material();
+        match self.tile {
+            Some(_) => material.rsplit_once('.').map_or(material, |(set, _)| set),
+            None => material,
+        }
+    }
+
+    /// Returns the coordinates of texture of a place on the page, which is 0 to 1 from the left and from the top: v runs upwards, and a tile has
+    /// its own square of the plane.
+    pub fn st(&self, uv: DVec2) -> DVec2 {
+        let tile = self.tile.unwrap_or(0);
+        DVec2::new(uv.x + f64::from(tile % 10), 1.0 - uv.y + f64::from(tile / 10))
     }
 }
 

@@ -55,10 +55,10 @@ fn geometry(model: &TexturedModel, up: UpAxis, generator: &str) -> String {
                     let [x, y, z] = position.to_array().map(decimal);
                     write(format_args!("v {x} {y} {z}\n"));
                 }
-                let (place, is_new) = uvs.number(corner.uv.to_array().map(f64::to_bits));
+                let st = model.pages[face.page].st(corner.uv);
+                let (place, is_new) = uvs.number(st.to_array().map(f64::to_bits));
                 if is_new {
-                    // v runs upwards.
-                    write(format_args!("vt {:.8} {:.8}\n", corner.uv.x, 1.0 - corner.uv.y));
+                    write(format_args!("vt {:.8} {:.8}\n", st.x, st.y));
                 }
                 corners.push((vertex + 1, place + 1));
             }

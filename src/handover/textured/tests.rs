@@ -24,6 +24,7 @@ pub fn model() -> TexturedModel {
     let page = |file: &str, kind| TexturePage {
         file: file.into(),
         kind,
+        tile: None,
         bytes: encoded(kind, &[200; 4 * 256][..256 * kind.channels()], [16, 16]),
     };
     TexturedModel {
@@ -98,4 +99,32 @@ fn an_obj_has_polygons_and_shares_corners() {
     assert_eq!(lines("usemtl "), ["usemtl site_1", "usemtl site_2", "usemtl site_1", "usemtl site_1"]);
     let turned = String::from_utf8(obj::obj(model(), UpAxis::Y, GENERATOR)[0].bytes.clone()).unwrap();
     assert!(turned.contains("\nv 2 5.25 -1.5\n"), "{turned}");
+}
+
+/// The house with its pages as tiles, of which the second is the first of the second row.
+fn tiled() -> TexturedModel {
+    let mut model = model();
+    for (page, tile) in model.pages.iter_mut().zip([0, 10]) {
+        page.file = format!("site.{}.jpg", FIRST_UDIM + tile);
+        (page.tile, page.kind) = (Some(tile), PageKind::Jpeg);
+    }
+    model
+}
+
+#[test]
+fn tiles_have_squares_of_their_own_and_materials_of_the_format() {
+    let text = |files: &[WrittenFile], name: &str| {
+        let file = files.iter().find(|file| file.name == name).unwrap();
+        String::from_utf8(file.bytes.clone()).unwrap()
+    };
+    let files = obj::obj(tiled(), UpAxis::Project, GENERATOR);
+    let (geometry, materials) = (text(&files, "site.obj"), text(&files, "site.mtl"));
+    // The gable's top is on the tile 1011: in the first column of the second row.
+    assert!(geometry.contains("\nvt 0.25000000 1.65625000\n"), "{geometry}");
+    assert!(geometry.contains("usemtl site.1001") && geometry.contains("usemtl site.1011"), "{geometry}");
+    assert!(materials.contains("map_Ke -clamp on site.1011.jpg"), "{materials}");
+    let stage = text(&usd::usd(tiled(), &[], GENERATOR), "site.usda");
+    assert_eq!(stage.matches("def Material").count(), 1, "tiles are one material");
+    assert!(stage.contains("@./site.<UDIM>.jpg@") && !stage.contains("GeomSubset"), "{stage}");
+    assert!(stage.contains("(0.25, 1.65625)"), "{stage}");
 }

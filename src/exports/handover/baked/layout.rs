@@ -11,6 +11,7 @@ use quadratura_handover::atlas::chart::Chart;
 use quadratura_handover::atlas::density::{Limits, Wanted, densities};
 use quadratura_handover::atlas::pack::pack;
 use quadratura_handover::atlas::{CELL, GUTTER, cells_of};
+use quadratura_handover::textured::FIRST_UDIM;
 use quadratura_projection::Sources;
 
 /// A chart on its page.
@@ -33,8 +34,12 @@ pub(super) struct Page {
     pub size: [u32; 2],
     /// Whether its charts are see-through.
     pub see_through: bool,
-    /// The name of its files, without ending.
+    /// The name of its file, without ending.
     pub stem: String,
+    /// The name of the file of what is known, without ending.
+    pub known: String,
+    /// Its number among the tiles of its picture, where pages are tiles.
+    pub tile: Option<u32>,
 }
 
 /// Charts on pages.
@@ -100,13 +105,13 @@ impl Layout {
             })
             .collect();
         for see_through in [false, true] {
-            layout.pack(parts, see_through, page);
+            layout.pack(parts, see_through, page, options.udim);
         }
         layout
     }
 
     /// Packs the opaque charts, or the see-through ones.
-    fn pack(&mut self, parts: &Parts, see_through: bool, page: u32) {
+    fn pack(&mut self, parts: &Parts, see_through: bool, page: u32, udim: bool) {
         let is_meant = |chart: &PlacedChart| parts.faces[chart.chart.faces[0]].see_through == see_through;
         let meant: Vec<usize> =
             (0..self.charts.len()).filter(|&chart| is_meant(&self.charts[chart])).collect();
@@ -118,10 +123,14 @@ impl Layout {
             (self.charts[chart].page, self.charts[chart].at) = (first + place.page, place.at);
         }
         let kind = if see_through { "cutout" } else { "texture" };
-        self.pages.extend((1..).zip(packing.pages).map(|(number, size)| Page {
-            size,
-            see_through,
-            stem: format!("{}_{kind}_{number}", NAME),
+        self.pages.extend((0..).zip(packing.pages).map(|(number, size)| {
+            let named = |set: &str| match udim {
+                true => format!("{set}.{}", FIRST_UDIM + number),
+                false => format!("{set}_{}", number + 1),
+            };
+            let stem = named(&format!("{NAME}_{kind}"));
+            let known = if udim { named(&format!("{NAME}_{kind}.known")) } else { format!("{stem}.known") };
+            Page { size, see_through, stem, known, tile: udim.then_some(number) }
         }));
     }
 

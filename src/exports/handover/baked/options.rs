@@ -29,6 +29,8 @@ pub struct BakedOptions {
     pub holes: bool,
     /// The direction that is up in OBJ files.
     pub up: UpAxis,
+    /// Whether pages are tiles of one picture (UDIM), for OBJ and USD.
+    pub udim: bool,
     /// The approximate memory budget in bytes.
     pub memory: u64,
 }
@@ -81,6 +83,7 @@ impl Default for BakedOptions {
             png: false,
             holes: false,
             up: UpAxis::Project,
+            udim: false,
             memory: 1 << 30,
         }
     }

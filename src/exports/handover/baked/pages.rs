@@ -76,8 +76,8 @@ impl BakedPage {
             known.put(placed, &knowledge(placed, painter, &mut coverage, task)?);
         }
         let texture =
-            TexturePage { file: format!("{}{}", page.stem, kind.ending()), kind, bytes: filled.encoded() };
-        let known = WrittenFile { name: format!("{}.known.png", page.stem), bytes: known.encoded() };
+            TexturePage { file: format!("{}{}", page.stem, kind.ending()), kind, tile: page.tile, bytes: filled.encoded() };
+        let known = WrittenFile { name: format!("{}.png", page.known), bytes: known.encoded() };
         Ok(Self { texture, known, coverage })
     }
 }

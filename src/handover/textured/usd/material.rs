@@ -1,10 +1,13 @@
-//! The material of a page.
+//! The material of a page, or of the tiles of a picture.
 
 use crate::textured::{PageKind, TexturePage};
 
-/// Writes the material of a page, which is called `name`.
+/// Writes the material of a page, which is called `name`; of tiles, `page` is one of them.
 pub(super) fn write(text: &mut String, name: &str, page: &TexturePage) {
-    let file = &page.file;
+    let file = match page.tile {
+        Some(_) => format!("{}.<UDIM>{}", page.set(), page.kind.ending()),
+        None => page.file.clone(),
+    };
     let (opacity, alpha) = match page.kind {
         PageKind::PngWithAlpha => (
             format!(

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::Materials;
 use super::text::{array, quoted, tuple};
 use crate::textured::{Shared, TexturedFace, TexturedObject};
 
@@ -14,32 +15,32 @@ struct Polygons {
     points: Vec<DVec3>,
     counts: Vec<usize>,
     indices: Vec<usize>,
+    /// The coordinates of texture of each corner, v upwards.
     uvs: Vec<DVec2>,
     /// The face of each polygon, as its index within the object.
     faces: Vec<usize>,
-    /// The page of each polygon.
-    pages: Vec<usize>,
+    /// The material of each polygon.
+    materials: Vec<usize>,
 }
 
-/// Writes the mesh of an object, which is called `name`; `materials` are the names of the pages' materials. Faces that are not convex are
+/// Writes the mesh of an object, which is called `name`. Faces that are not convex are
 /// written as triangles, because renderers of USD draw polygons as fans; `primvars:face` tells which polygons are one face.
-pub(super) fn write(text: &mut String, name: &str, object: &TexturedObject, materials: &[String]) {
-    let polygons = polygons(object);
+pub(super) fn write(text: &mut String, name: &str, object: &TexturedObject, materials: &Materials) {
+    let polygons = polygons(object, materials);
     let (low, high) =
         polygons.points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
             (low.min(*point), high.max(*point))
         });
     let point = |point: &DVec3| tuple(point.to_array());
-    // v runs upwards.
-    let uv = |uv: &DVec2| tuple([uv.x, 1.0 - uv.y]);
-    let mut pages = polygons.pages.clone();
-    pages.sort_unstable();
-    pages.dedup();
-    let bound = match pages[..] {
-        [page] => binding("            ", &materials[page]),
+    let uv = |uv: &DVec2| tuple(uv.to_array());
+    let mut used = polygons.materials.clone();
+    used.sort_unstable();
+    used.dedup();
+    let bound = match used[..] {
+        [material] => binding("            ", &materials.names[material]),
         _ => "            uniform token subsetFamily:materialBind:familyType = \"partition\"\n".to_owned(),
     };
-    let api = if pages.len() == 1 {
+    let api = if used.len() == 1 {
         " (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n        )"
     } else {
         ""
@@ -69,9 +70,11 @@ pub(super) fn write(text: &mut String, name: &str, object: &TexturedObject, mate
             uniform token subdivisionScheme = "none"
 "#
     ));
-    for page in pages.iter().filter(|_| pages.len() > 1) {
-        let members = array((0..polygons.pages.len()).filter(|&polygon| polygons.pages[polygon] == *page));
-        let (material, bound) = (&materials[*page], binding("                ", &materials[*page]));
+    for number in used.iter().filter(|_| used.len() > 1) {
+        let is_of = |polygon: &usize| polygons.materials[*polygon] == *number;
+        let members = array((0..polygons.materials.len()).filter(is_of));
+        let material = &materials.names[*number];
+        let bound = binding("                ", material);
         text.push_str(&format!(
             r#"
             def GeomSubset "{material}" (
@@ -92,7 +95,7 @@ fn binding(indent: &str, material: &str) -> String {
     format!("{indent}rel material:binding = </site/materials/{material}>\n")
 }
 
-fn polygons(object: &TexturedObject) -> Polygons {
+fn polygons(object: &TexturedObject, materials: &Materials) -> Polygons {
     let mut polygons = Polygons::default();
     let mut shared = Shared::new();
     for (index, face) in object.faces.iter().enumerate() {
@@ -102,14 +105,14 @@ fn polygons(object: &TexturedObject) -> Polygons {
         for part in parts {
             polygons.counts.push(part.len());
             polygons.faces.push(index);
-            polygons.pages.push(face.page);
+            polygons.materials.push(materials.of_page[face.page]);
             for corner in part.iter().map(|&corner| face.corners[corner as usize]) {
                 let (number, is_new) = shared.number(corner.position.to_array().map(f64::to_bits));
                 if is_new {
                     polygons.points.push(corner.position);
                 }
                 polygons.indices.push(number);
-                polygons.uvs.push(corner.uv);
+                polygons.uvs.push(materials.pages[face.page].st(corner.uv));
             }
         }
     }

@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 use glam::{DMat3, DVec3};
 
 use self::text::{Names, matrix, quoted};
-use super::{TexturedModel, WrittenFile};
+use super::{TexturePage, TexturedModel, WrittenFile};
 use crate::camera::HandoverCamera;
 
 /// The shortest and the longest distance that cameras show, in extents of the site.
@@ -53,10 +53,10 @@ fn stage(model: &TexturedModel, cameras: &[HandoverCamera], generator: &str) -> 
         text.push_str(&transform(&rows, "    "));
     }
     text.push_str("    def Scope \"materials\"\n    {\n");
-    let mut names = Names::default();
-    let materials: Vec<String> = model.pages.iter().map(|page| names.name(page.material())).collect();
-    for (page, name) in model.pages.iter().zip(&materials) {
-        material::write(&mut text, name, page);
+    let materials = Materials::new(&model.pages);
+    for (number, name) in materials.names.iter().enumerate() {
+        let first = materials.of_page.iter().position(|of_page| *of_page == number);
+        material::write(&mut text, name, &model.pages[first.expect("a material is that of a page")]);
     }
     text.push_str("    }\n\n    def Xform \"model\"\n    {\n");
     let mut names = Names::default();
@@ -71,6 +71,30 @@ fn stage(model: &TexturedModel, cameras: &[HandoverCamera], generator: &str) -> 
     }
     text.push_str("    }\n}\n");
     text
+}
+
+/// The materials of pages; tiles of one picture share one.
+struct Materials<'a> {
+    pages: &'a [TexturePage],
+    names: Vec<String>,
+    /// The material of each page, as an index into the names.
+    of_page: Vec<usize>,
+}
+
+impl<'a> Materials<'a> {
+    fn new(pages: &'a [TexturePage]) -> Self {
+        let (mut sets, mut names) = (Vec::new(), Names::default());
+        let mut of_page = Vec::with_capacity(pages.len());
+        for page in pages {
+            let known = sets.iter().position(|set| *set == page.set());
+            of_page.push(known.unwrap_or(sets.len()));
+            if known.is_none() {
+                sets.push(page.set());
+            }
+        }
+        let names = sets.iter().map(|set| names.name(set)).collect();
+        Self { pages, names, of_page }
+    }
 }
 
 /// Returns the stage's up axis, and the rotation that brings the model's up direction there; USD knows no other axes.
