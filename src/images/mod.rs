@@ -30,7 +30,6 @@ pub mod set;
 mod site;
 mod site_origins;
 pub mod site_view;
-pub mod stack_depths;
 mod standing;
 mod stereo;
 #[cfg(test)]

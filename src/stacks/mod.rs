@@ -13,6 +13,7 @@ pub mod agreement;
 pub mod assemble;
 pub mod build;
 pub mod decide;
+pub mod depths;
 pub mod dome_report;
 pub mod faces_to_keep;
 pub mod far_backdrops;

@@ -9,19 +9,12 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use super::folder::HandoverFolder;
 use super::origin::Placement;
-use crate::colour::even_factors;
-use crate::layer_names::rename;
-use crate::layer_pixels::layer_pixels;
-use crate::ldi::stack_depths::nearest_depths;
-use crate::open::Opened;
-use crate::paint::PhotoPaint;
 use quadratura_base::error::{Error, Remedy, Result};
 use quadratura_base::geometry::PixelRect;
-use quadratura_base::scene::{Model, Photo, Samples};
+use quadratura_base::scene::{Photo, Samples};
 use quadratura_base::task::Task;
 use quadratura_document::names::file_name_of_photo;
 use quadratura_document::paint::PaintBook;
@@ -33,6 +26,12 @@ use quadratura_io::layers_exr::{ExrContent, ExrPart, ExrValue, layers_exr, light
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_readers::StackReader;
 use quadratura_io::stack_store::StackStore;
+use quadratura_sites::open::Opened;
+use quadratura_stacks::depths::nearest_depths;
+use quadratura_stacks::layer_names::rename;
+use quadratura_stacks::layer_pixels::layer_pixels;
+use quadratura_stacks::paint::PhotoPaint;
+use quadratura_views::colour::even_factors;
 
 /// The longest readable part of a part's name, in characters; channels are shown as `NAME.R` in narrow lists.
 const LONGEST_READABLE: usize = 40;
@@ -42,7 +41,6 @@ struct Source<'a> {
     store: StackStore,
     book: PaintBook,
     decisions: &'a Decisions,
-    model: &'a Arc<Model>,
     gains: BTreeMap<String, [f64; 3]>,
     /// The factor from units of the world to those of the files.
     unit: f64,
@@ -67,7 +65,6 @@ pub fn write(
         store: StackStore::new(project),
         book: PaintStore::new(project).read()?,
         decisions: &opened.project.decisions,
-        model: &opened.site.model,
         gains: even_factors(project, &opened.project, &opened.site, task)?,
         unit: placement.length(1.0),
     };
@@ -136,7 +133,7 @@ impl Source<'_> {
             parts.push(ExrPart { name: "leftovers".into(), rect: whole, content, attributes: Vec::new() });
         }
         let unit = self.unit as f32;
-        let depths = nearest_depths(&stack, self.model).into_iter().map(|depth| depth * unit).collect();
+        let depths = nearest_depths(&stack).into_iter().map(|depth| depth * unit).collect();
         let content = ExrContent::Depths(depths);
         parts.push(ExrPart { name: "depth".into(), rect: whole, content, attributes: Vec::new() });
         layers_exr(size, parts)

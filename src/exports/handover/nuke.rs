@@ -16,8 +16,6 @@ use super::blender::layers::{HandedStacks, file_of, handed_stacks};
 use super::folder::HandoverFolder;
 use super::origin::Placement;
 use super::photos::{camera_of, copied, is_resampled, linked};
-use crate::open::Opened;
-use crate::paint::parts_of_layer;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
@@ -26,6 +24,8 @@ use quadratura_handover::nuke::geometry::surfaces_obj;
 use quadratura_handover::nuke::{NukeLayer, NukePhoto, script};
 use quadratura_io::stack_readers::StackReader;
 use quadratura_layers::LayerIndex;
+use quadratura_sites::open::Opened;
+use quadratura_stacks::paint::parts_of_layer;
 
 /// The program's name in files.
 const GENERATOR: &str = concat!("Quadratura ", env!("CARGO_PKG_VERSION"));
