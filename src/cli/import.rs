@@ -1,6 +1,6 @@
 //! The commands `import` and `watch`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde_json::json;
@@ -8,6 +8,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{ImportArgs, WatchArgs};
 use super::coarse::coarse_text;
+use super::live::follow_locked;
 use super::lock::read_with_lock_if;
 use super::table::{Table, counted};
 use super::words::{command_for_project, error_text};
@@ -21,6 +22,7 @@ use quadratura_editing::watch::{WatchOptions, project_lock, watch};
 use quadratura_io::documents::documents;
 use quadratura_io::project::{below, read_project};
 use quadratura_layers::fill::{FillOptions, Propagation};
+use quadratura_sites::budget::default_memory;
 use quadratura_sites::open::open;
 use quadratura_stacks::fill::propagation::{CoarsePaint, coarse_paint};
 use quadratura_stacks::fill::seen::propagation_in_words;
@@ -70,6 +72,9 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     let hold = || project_lock(&args.project, task);
     watch(&args.project, &args.folder, options, hold, task, |imported, spent| {
         note_import(&imported, spent, task);
+        if let Err(error) = follow_import(&args.project, &imported, task) {
+            problems.push(error_text(&error));
+        }
         problems.extend(problems_of(&imported));
         imports.push(json!({
             "import": imported.number,
@@ -83,6 +88,17 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     })?;
     let text = format!("{}\n", counted(imports.len(), "import"));
     Ok(Outcome { text, json: json!({ "imports": imports, "problems": problems }), problems })
+}
+
+/// Brings folders for other programs up to date after an import, but for the one in which the file was saved. The watch has the project's lock.
+fn follow_import(project: &Path, imported: &Imported, task: &Task) -> Result<()> {
+    if imported.changed == 0 {
+        return Ok(());
+    }
+    let silent = Task::silent().with_stop_flag(task.stop_flag());
+    let opened = open(project, &silent)?;
+    let saved: Vec<PathBuf> = imported.files.iter().map(|file| file.file.clone()).collect();
+    follow_locked(project, &opened, &saved, default_memory(), task)
 }
 
 fn refuse_no_folder(folder: &Path) -> Result<()> {

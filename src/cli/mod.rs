@@ -41,6 +41,7 @@ mod import;
 mod info;
 mod layer_table;
 mod ldi;
+mod live;
 mod lock;
 mod machine;
 mod mask;

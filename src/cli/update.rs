@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::UpdateArgs;
 use super::coarse::coarse_text;
+use super::live::follow;
 use super::fill::gpu_rasteriser;
 use super::photo_state_table::{FILLING_HEADINGS, filling_cells};
 use super::table::{Table, counted};
@@ -41,6 +42,7 @@ pub fn run(args: &UpdateArgs, task: &Task) -> Result<Outcome> {
         task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
     let opened = source.project(task)?;
+    follow(&args.project, &opened, &[], request.memory, task)?;
     note_large(&args.project, &opened.project, &opened.site, &up_to_date(&updated), request.memory, task)?;
     Ok(report(&updated, unexplained(&opened.site, &opened.points).as_ref(), problems, left_out))
 }

@@ -14,13 +14,10 @@ use quadratura_base::error::{Error, Result};
 use quadratura_base::task::Task;
 use quadratura_exports::handover::baked::report::BakedReport;
 use quadratura_exports::handover::blender::blend::make_blend;
-use quadratura_exports::handover::{HandedOver, HandoverFormat, HandoverOptions, hand_over};
+use quadratura_exports::handover::{HandedOver, HandoverFormat, HandoverOptions, PHOTOS_PER_FACE, hand_over};
 use quadratura_gpu::Gpu;
 use quadratura_layers::device::SiteDevice;
 use quadratura_sites::open::Opened;
-
-/// How many photos a face gets in Blender at most: more are hardly seen, and cost memory and time.
-const PHOTOS_PER_FACE: usize = 8;
 
 /// The formats of layered files.
 const LAYERED: &str = "psd, folder, ora and xcf";

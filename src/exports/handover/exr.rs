@@ -85,7 +85,7 @@ pub fn write(
     if !has_stack {
         return Err(Error::missing(("no photo has a stack yet; ", Remedy::Build, " builds them")));
     }
-    folder.leave_out("guides, masks and what is around the photos: the layered files of `--format psd` have the first");
+    folder.leave_out("guides and needed areas, which the layered files of `--format psd` have, and masks");
     Ok(())
 }
 

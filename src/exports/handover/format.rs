@@ -59,6 +59,19 @@ impl HandoverFormat {
         }
     }
 
+    /// Returns whether its folders follow the project (`live`): those whose files are image layers.
+    pub fn is_live(self) -> bool {
+        match self {
+            Self::Blender | Self::Exr | Self::Nuke => true,
+            Self::Cameras | Self::Glb | Self::Obj | Self::Usd => false,
+        }
+    }
+
+    /// Returns the format with this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::TABLE.iter().find(|(known, ..)| *known == name).map(|(_, format, _)| *format)
+    }
+
     /// Returns the name in the window's lists.
     pub fn title(self) -> &'static str {
         match self {

@@ -11,6 +11,7 @@ mod cameras;
 mod exr;
 pub mod folder;
 pub mod format;
+pub mod live;
 mod nuke;
 pub mod origin;
 mod photos;
@@ -30,7 +31,11 @@ use quadratura_base::error::Result;
 use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
 use quadratura_layers::device::SiteDevice;
+use quadratura_sites::budget::default_memory;
 use quadratura_sites::open::Opened;
+
+/// How many photos a face gets in Blender at most: more are hardly seen, and cost memory and time.
+pub const PHOTOS_PER_FACE: usize = 8;
 
 /// Options of [`hand_over`].
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +50,19 @@ pub struct HandoverOptions {
     pub world: bool,
     /// The approximate memory budget in bytes for photos processed at the same time; at least one is processed.
     pub memory: u64,
+}
+
+impl Default for HandoverOptions {
+    /// Blender, with as many photos per face as are seen.
+    fn default() -> Self {
+        Self {
+            format: HandoverFormat::Blender,
+            photos_per_face: PHOTOS_PER_FACE,
+            baked: BakedOptions::default(),
+            world: false,
+            memory: default_memory(),
+        }
+    }
 }
 
 /// Writes the site with these photos, in the site's order, from the project in the folder `project` to the folder `out`. `start_device` starts the
@@ -62,6 +80,7 @@ pub fn hand_over(
     start_device: &dyn Fn() -> Result<Box<dyn SiteDevice>>,
     task: &Task,
 ) -> Result<HandedOver> {
+    let state = if options.format.is_live() { Some(live::state(project, photos)?) } else { None };
     let placement = &Placement::new(&opened.site, &opened.project.frame, !options.world);
     let mut folder = HandoverFolder::open(project, out, options.format, placement)?;
     let mut baked = None;
@@ -84,5 +103,8 @@ pub fn hand_over(
         HandoverFormat::Cameras => cameras::write(&mut folder, project, opened, photos, placement, task)?,
     }
     let done = folder.finish(task)?;
+    if let Some(state) = state {
+        live::remember(project, opened, photos, out, options, state)?;
+    }
     Ok(HandedOver { baked, ..done })
 }

@@ -1,4 +1,4 @@
-//! The faces that are baked, with the side that is shown, and cards of turning billboards.
+//! The faces that are baked, with the side that is shown, and the cards of turning billboards.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -54,7 +54,7 @@ impl Parts {
         for object in (0..model.objects.len()).map(ObjectId::new) {
             let first = parts.faces.len();
             match &model.object(object).impostor {
-                Some(impostor) => parts.faces.extend(card(model, sources, photos, object, impostor)),
+                Some(impostor) => parts.faces.extend(cards(model, sources, photos, object, impostor)),
                 None => {
                     for &face in &model.object(object).faces {
                         let sides = sides(sources, photos, face);
@@ -134,33 +134,51 @@ fn part(model: &Model, id: FaceId, [front, back]: [bool; 2], see_through: &BTree
     })
 }
 
-/// Makes the card of a turning billboard: its rectangle as the photo sees it that has most pixels of it; `None` where no photo shows it.
-fn card(
+/// Makes the cards of a turning billboard, which cross, because a single one is a line for those who come from its side: its rectangle as the
+/// photo sees it that has most pixels of it, and the one at a right angle to that. None where no photo shows it.
+fn cards(
     model: &Model,
     sources: &Sources,
     photos: &[PhotoId],
     object: ObjectId,
     impostor: &Impostor,
-) -> Option<Part> {
-    let face = *model.object(object).faces.first()?;
+) -> Vec<Part> {
+    let Some(&face) = model.object(object).faces.first() else { return Vec::new() };
     let servers = sources.servers_of(face).iter().filter(|server| !server.back);
-    let judged = servers.filter(|server| photos.binary_search(&server.photo).is_ok()).map(|server| {
-        let photo = sources.photo(server.photo);
-        (pixels_of_card(photo, impostor), server.photo)
-    });
+    let judged: Vec<(f64, PhotoId)> = servers
+        .filter(|server| photos.binary_search(&server.photo).is_ok())
+        .map(|server| (pixels_of_card(sources.photo(server.photo), impostor), server.photo))
+        .collect();
     // Of equally good photos the first.
-    let best = judged.reduce(|best, next| if next.0 > best.0 { next } else { best })?;
-    let facing = Facing::of_pose(&sources.photo(best.1).pose);
-    Some(Part {
+    let best = judged.iter().copied().reduce(|best, next| if next.0 > best.0 { next } else { best });
+    let Some((_, best)) = best else { return Vec::new() };
+    let facing = Facing::of_pose(&sources.photo(best).pose);
+    let across = impostor.across(&facing);
+    // The photo that comes nearest to looking along the first card.
+    let beside = |photo: PhotoId| {
+        let to_photo = sources.photo(photo).pose.center_in_world() - impostor.foot;
+        to_photo.reject_from(impostor.axis).normalize_or_zero().dot(across)
+    };
+    let mut side = best;
+    for (_, photo) in &judged {
+        if beside(*photo).abs() > beside(side).abs() {
+            side = *photo;
+        }
+    }
+    let distance = (facing.eye - impostor.foot).length().max(impostor.half_width);
+    let from_side = across * distance * if beside(side) < 0.0 { -1.0 } else { 1.0 };
+    let turned = Facing { eye: impostor.foot + from_side, right: facing.right };
+    let card = |facing: &Facing, photo: PhotoId| Part {
         object,
         face,
-        ring: impostor.corners(&facing).to_vec(),
+        ring: impostor.corners(facing).to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
-        plane: impostor.plane(&facing),
+        plane: impostor.plane(facing),
         back: false,
-        card_of: Some(best.1),
+        card_of: Some(photo),
         see_through: true,
-    })
+    };
+    vec![card(&facing, best), card(&turned, side)]
 }
 
 /// Returns about how many pixels of a photo show the rectangle of a billboard.
