@@ -108,7 +108,9 @@ fn layer(part: ExrPart) -> Layer<AnyChannels<FlatSamples>> {
             .zip(channels)
             .map(|(name, values)| AnyChannel::new(name, FlatSamples::F16(values)))
             .collect(),
-        ExrContent::Depths(depths) => std::iter::once(AnyChannel::new("Z", FlatSamples::F32(depths))).collect(),
+        ExrContent::Depths(depths) => {
+            std::iter::once(AnyChannel::new("Z", FlatSamples::F32(depths))).collect()
+        }
     };
     let size = (part.rect.w as usize, part.rect.h as usize);
     Layer::new(size, attributes, ENCODING, AnyChannels::sort(channels))
@@ -145,7 +147,8 @@ mod tests {
             attributes: Vec::new(),
         };
         let bytes = layers_exr([8, 7], vec![light, depth]).unwrap();
-        let read = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+        let read =
+            read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
         let image = read.from_buffered(Cursor::new(bytes)).unwrap();
         assert_eq!(image.attributes.display_window, IntegerBounds::from_dimensions((8, 7)));
         assert_eq!(image.attributes.chromaticities, Some(PRIMARIES));

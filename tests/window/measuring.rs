@@ -62,9 +62,19 @@ fn one_dialog_lists_all_formats_and_exports_the_cameras_of_the_site() {
     let mut harness = opened(&project);
     harness.state_mut().run(&command::paint::EXPORT);
     appears(&mut harness, "Other programs");
-    for format in
-        ["PSD", "XCF", "Blender", "GLB", "OBJ", "USD", "Cameras", "Layered depth image", "Orthophoto"]
-    {
+    for format in [
+        "PSD",
+        "XCF",
+        "Blender",
+        "GLB",
+        "OBJ",
+        "USD",
+        "OpenEXR",
+        "Nuke (experimental)",
+        "Cameras",
+        "Layered depth image",
+        "Orthophoto",
+    ] {
         assert!(is_there(&harness, format), "{format} is not offered");
     }
     press(&mut harness, "Cameras");

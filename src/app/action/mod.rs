@@ -21,6 +21,7 @@ pub mod round_trip;
 pub mod save_image;
 pub mod saving;
 pub mod select;
+pub mod site_frame;
 pub mod space;
 pub mod trees;
 pub mod updating;

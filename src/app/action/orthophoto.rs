@@ -28,6 +28,9 @@ pub fn apply(state: &mut State, work: &mut Work, request: OrthoRequest) {
         OrthoRequest::Choose => state.choose_orthophoto(),
         OrthoRequest::Preview(dialog) => start(state, work, &dialog, "Drawing a preview", draw_preview),
         OrthoRequest::Draw(dialog) => start(state, work, &dialog, "Drawing an orthophoto", draw),
+        OrthoRequest::ChooseFrame => state.choose_site_frame(),
+        OrthoRequest::SetFrame(dialog) => state.set_site_frame(&dialog),
+        OrthoRequest::ForgetFrame(part) => state.forget_site_frame(part),
     }
 }
 

@@ -49,6 +49,16 @@ pub const PUBLISH: Command = Command {
     ..PLAIN
 };
 
+/// Sets the site's frame.
+pub const FRAME: Command = Command {
+    name: "Site frame…",
+    tooltip: "Makes the site level, metric and oriented, and places it on a map; exports, measurements and orthophotos use it.",
+    menu: Menu::View,
+    ready: with_project,
+    request: |_| OrthoRequest::ChooseFrame.into(),
+    ..PLAIN
+};
+
 /// Saves the photo as a page.
 pub const PAGE: Command = Command {
     name: "Export page of the photo…",

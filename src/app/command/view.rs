@@ -36,6 +36,7 @@ pub const COMMANDS: &[&Command] = &[
     &images::SHOW,
     &BRUSH,
     &MEASURE,
+    &images::FRAME,
     &WIREFRAME,
     &CAMERAS,
     &BACKS,

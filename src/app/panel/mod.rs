@@ -36,6 +36,7 @@ pub mod save_image;
 pub mod settings;
 pub mod side;
 pub mod sides;
+pub mod site_frame;
 pub mod space;
 pub mod status;
 pub mod welcome;

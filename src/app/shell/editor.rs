@@ -33,6 +33,7 @@ use crate::panel::orthophoto::orthophoto_ui;
 use crate::panel::palette::palette_ui;
 use crate::panel::publish::publish_ui;
 use crate::panel::save_image::save_image_ui;
+use crate::panel::site_frame::site_frame_ui;
 use crate::panel::space::SpaceTextures;
 use crate::panel::status::StatusView;
 use crate::panel::welcome::WelcomeView;
@@ -351,6 +352,9 @@ impl Editor {
         let mut publish = self.state.dialogs.publish.take().filter(|_| self.state.session.is_some());
         publish_ui(&context, &self.state.running, &mut publish, &mut requests);
         self.state.dialogs.publish = publish;
+        let mut site_frame = self.state.dialogs.site_frame.take().filter(|_| self.state.session.is_some());
+        site_frame_ui(&context, &mut site_frame, &mut requests);
+        self.state.dialogs.site_frame = site_frame;
         panel::help::help_ui(
             self.state.dialogs.help,
             self.state.settings.navigation,

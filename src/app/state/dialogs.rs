@@ -4,6 +4,7 @@ use super::orthophoto::OrthophotoDialog;
 use super::palette::Palette;
 use super::publish::PublishDialog;
 use super::save_image::SaveImage;
+use super::site_frame::SiteFrameDialog;
 
 /// Which dialogs are shown, and what is typed in them.
 #[derive(Default)]
@@ -28,12 +29,14 @@ pub struct Dialogs {
     pub orthophoto: Option<OrthophotoDialog>,
     /// The dialog that publishes the site as a web page.
     pub publish: Option<PublishDialog>,
+    /// The dialog that sets the site's frame.
+    pub site_frame: Option<SiteFrameDialog>,
 }
 
 impl Dialogs {
     /// Returns whether one of them is open to which keys belong; the others stay open beside the views.
     pub fn take_keys(&self) -> bool {
         let of_files = self.save_image.is_some() || self.orthophoto.is_some() || self.publish.is_some();
-        self.palette.is_open() || self.settings || of_files
+        self.palette.is_open() || self.settings || of_files || self.site_frame.is_some()
     }
 }

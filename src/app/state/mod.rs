@@ -36,6 +36,7 @@ pub mod save_image;
 pub mod selection;
 pub mod session;
 pub mod settings;
+pub mod site_frame;
 pub mod space;
 pub mod trees;
 pub mod updating;

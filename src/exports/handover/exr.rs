@@ -100,7 +100,8 @@ impl Source<'_> {
         let in_srgb = |pixels: Raster| converted(pixels, conversion.as_ref());
         let plate = in_srgb(Raster::of_photo(pixels));
         let of_photo = || {
-            let gain = self.gains.get(&photo.name).map(|gain| ("gain", ExrValue::Three(gain.map(|c| c as f32))));
+            let gain =
+                self.gains.get(&photo.name).map(|gain| ("gain", ExrValue::Three(gain.map(|c| c as f32))));
             gain.into_iter().chain([("photo", ExrValue::Text(photo.name.clone()))])
         };
         let leftovers = leftovers(&stack, &plate);
@@ -165,8 +166,11 @@ fn converted(pixels: Raster, conversion: Option<&Conversion>) -> Raster {
 
 /// Returns the name of a layer's part: its token, and what of its name programs accept in names of channels.
 fn part_name(token: &str, name: &str) -> String {
-    let readable: String =
-        name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(LONGEST_READABLE).collect();
+    let readable: String = name
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '_' })
+        .take(LONGEST_READABLE)
+        .collect();
     let words: Vec<&str> = readable.split('_').filter(|word| !word.is_empty()).collect();
     std::iter::once(token).chain(words).collect::<Vec<_>>().join("_")
 }

@@ -43,7 +43,11 @@ impl HandoverFormat {
             Self::Usd,
             "The model with one set of textures and the photos' cameras: .usda with pictures, and .usdz",
         ),
-        ("exr", Self::Exr, "Image layers for compositing: an OpenEXR file of several parts per photo, in linear light"),
+        (
+            "exr",
+            Self::Exr,
+            "Image layers for compositing: an OpenEXR file of several parts per photo, in linear light",
+        ),
         (
             "nuke",
             Self::Nuke,

@@ -155,7 +155,9 @@ fn list_file(project: &Path) -> PathBuf {
 fn read(project: &Path) -> Result<Folders> {
     let file = list_file(project);
     match file.is_file() {
-        true => read_json(&file, LARGEST, "remove it; exported folders are then no longer brought up to date"),
+        true => {
+            read_json(&file, LARGEST, "remove it; exported folders are then no longer brought up to date")
+        }
         false => Ok(Folders { version: VERSION, ..Folders::default() }),
     }
 }

@@ -35,7 +35,8 @@ mod tests {
 
     #[test]
     fn outlines_become_triangles_with_their_corners_counted_on() {
-        let square = |z: f64| [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, z));
+        let square =
+            |z: f64| [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, z));
         let line = [DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
         let outlines = [&square(0.0)[..], &line[..], &square(-0.25)[..]];
         let text = surfaces_obj(outlines.into_iter(), "a test");

@@ -116,11 +116,7 @@ fn write_layer(script: &mut Script, camera: &HandoverCamera, layer: &NukeLayer) 
     script.node("Premult", 1, &[("name", format!("premult_{token}"))]);
     // The picture is on top of the stack and becomes input 0, the camera input 1.
     script.node("Project3D2", 2, &[("project_on", "both".into()), ("name", format!("project_{token}"))]);
-    script.node(
-        "ReadGeo2",
-        0,
-        &[("file", quoted(&layer.geometry)), ("name", format!("surfaces_{token}"))],
-    );
+    script.node("ReadGeo2", 0, &[("file", quoted(&layer.geometry)), ("name", format!("surfaces_{token}"))]);
     script.node("ApplyMaterial", 2, &[("name", format!("apply_{token}"))]);
 }
 

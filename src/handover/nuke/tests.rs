@@ -136,7 +136,8 @@ fn photos() -> Vec<NukePhoto> {
                 rng.between(-1.5, 1.5),
                 rng.between(-3.0, 3.0),
             );
-            let mut place = || DVec3::new(rng.between(-9.0, 9.0), rng.between(-9.0, 9.0), rng.between(-9.0, 9.0));
+            let mut place =
+                || DVec3::new(rng.between(-9.0, 9.0), rng.between(-9.0, 9.0), rng.between(-9.0, 9.0));
             let pose = Pose { rotation, translation: place() };
             let name = format!("photo {index} \"[$x]\" {{.jpg");
             let layer = |number: u32, rect: PixelRect| NukeLayer {
@@ -151,7 +152,10 @@ fn photos() -> Vec<NukePhoto> {
                 layer(1, PixelRect { x: -30, y: 40, w: 512, h: 256 }),
                 layer(0, PixelRect { x: 100, y: -7, w: 64, h: 1024 }),
             ];
-            NukePhoto { camera: HandoverCamera { name, file: "../photos/a.jpg".into(), camera, pose }, layers }
+            NukePhoto {
+                camera: HandoverCamera { name, file: "../photos/a.jpg".into(), camera, pose },
+                layers,
+            }
         })
         .collect()
 }
@@ -196,11 +200,13 @@ fn every_layer_is_projected_where_its_texture_matrix_has_it() {
 fn the_chosen_photos_camera_layers_and_plate_are_drawn_and_compared() {
     let photos = photos();
     let nodes = read(&script(&photos, "a test"));
-    let named = |name: &str| nodes.iter().find(|node| node.knobs.get("name").is_some_and(|it| it == name)).unwrap();
+    let named =
+        |name: &str| nodes.iter().find(|node| node.knobs.get("name").is_some_and(|it| it == name)).unwrap();
     for kind in ["camera", "photo", "plate"] {
         let chosen = named(&format!("choose_{kind}"));
         assert_eq!(chosen.class, "Switch");
-        let names: Vec<&str> = chosen.inputs.iter().map(|input| nodes[*input].knobs["name"].as_str()).collect();
+        let names: Vec<&str> =
+            chosen.inputs.iter().map(|input| nodes[*input].knobs["name"].as_str()).collect();
         let expected: Vec<String> = (0..12).map(|index| format!("{kind}_{index}")).collect();
         assert_eq!(names, expected, "input n is photo n");
     }

@@ -44,7 +44,10 @@ impl CameraFormat for Mve {
     }
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
-        ["focal length, principal point, two radial coefficients; not tried with the program itself", "points; undistorted copies"]
+        [
+            "focal length, principal point, two radial coefficients; not tried with the program itself",
+            "points; undistorted copies",
+        ]
     }
 
     fn extensions(&self) -> &'static [&'static str] {
@@ -129,7 +132,8 @@ impl View {
             let translation = DVec3::from(numbers::<3>(text_of("translation")?, "translation")?);
             pose_at(rotation, -(rotation.transpose() * translation))
         };
-        let folder = file.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+        let folder =
+            file.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
         let own = values.get(&("view", "name")).filter(|name| !name.is_empty());
         let name = own.map_or_else(|| folder.trim_end_matches(VIEW).to_owned(), |name| (*name).to_owned());
         Some(Self { place: format!("{folder}/{META}"), name, intrinsics, pose: pose() })

@@ -39,7 +39,8 @@ const MODEL: &str = "camera model m = K [R|-Rt] X";
 const FIRST: &str = "fileName imageWidth imageHeight";
 const ENDING: &str = "_calibrated_camera_parameters.txt";
 const OFFSET: &str = "_offset.xyz";
-const REMEDY: &str = "copy the file from 1_initial/params of the project again; it may be cut short or damaged";
+const REMEDY: &str =
+    "copy the file from 1_initial/params of the project again; it may be cut short or damaged";
 
 impl CameraFormat for Pix4d {
     fn accepted(&self) -> &'static str {
@@ -55,7 +56,10 @@ impl CameraFormat for Pix4d {
     }
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
-        ["perspective lenses; not tried with the program itself", "points; the offset, which is told; fisheye lenses, rigs"]
+        [
+            "perspective lenses; not tried with the program itself",
+            "points; the offset, which is told; fisheye lenses, rigs",
+        ]
     }
 
     fn extensions(&self) -> &'static [&'static str] {

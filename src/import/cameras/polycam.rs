@@ -41,7 +41,10 @@ impl CameraFormat for Polycam {
     }
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
-        ["pinhole cameras of keyframes, in a world with y up; not tried with the program itself", "depth maps, confidence"]
+        [
+            "pinhole cameras of keyframes, in a world with y up; not tried with the program itself",
+            "depth maps, confidence",
+        ]
     }
 
     fn extensions(&self) -> &'static [&'static str] {

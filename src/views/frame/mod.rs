@@ -3,10 +3,12 @@
 mod level;
 mod named;
 mod points;
+mod words;
 
 pub use self::level::{Level, up_of};
 pub use self::named::{area_vector, faces_named};
 pub use self::points::{FORMS, point_named};
+pub use self::words::described;
 
 use glam::DVec3;
 use serde::Serialize;

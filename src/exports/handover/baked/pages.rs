@@ -75,8 +75,12 @@ impl BakedPage {
             filled.put(placed, colours(placed, painter, page.see_through, task)?.pixels());
             known.put(placed, &knowledge(placed, painter, &mut coverage, task)?);
         }
-        let texture =
-            TexturePage { file: format!("{}{}", page.stem, kind.ending()), kind, tile: page.tile, bytes: filled.encoded() };
+        let texture = TexturePage {
+            file: format!("{}{}", page.stem, kind.ending()),
+            kind,
+            tile: page.tile,
+            bytes: filled.encoded(),
+        };
         let known = WrittenFile { name: format!("{}.png", page.known), bytes: known.encoded() };
         Ok(Self { texture, known, coverage })
     }

@@ -153,7 +153,11 @@ fn polycams_keyframes_show_every_point_where_their_formula_has_it() {
 #[test]
 fn damaged_files_of_pix4d_mve_and_polycam_never_panic() {
     let site = Site::small();
-    assert_survives(&pix4d(&site), 0, &["0 0 1", "nan", "1e400", "a.jpg 1 1", "camera model m = K [R|-Rt] X", "-1"]);
+    assert_survives(
+        &pix4d(&site),
+        0,
+        &["0 0 1", "nan", "1e400", "a.jpg 1 1", "camera model m = K [R|-Rt] X", "-1"],
+    );
     assert_survives(&pix4d(&site), 1, &["nan", "1e400", "-", "\u{0}"]);
     assert_survives(&mve(&site), 0, &["[camera]", "[", "=", "focal_length = 1e300", "nan", "name = ../../x"]);
     assert_survives(&polycam(&site), 0, &["[", "}", "null", "\"t_00\":", "1e400", "NaN"]);
