@@ -60,8 +60,9 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let usual =
         if content == PictureContent::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(usual);
+    let asked = ViewRequest { source: args.source(), size, fps: args.pictures.fps };
     let mut views =
-        opened.views(&ViewRequest { source: args.source(), size, fps: args.pictures.fps }, task)?;
+        if args.in_frame { opened.views_in_frame(&asked, task)? } else { opened.views(&asked, task)? };
     if let Some(frames) = args.frames {
         views.list = views.list.drain(frames.range(views.list.len())?).collect();
     }
@@ -70,7 +71,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
                      file with names of photos";
         return Err(Error::Request(found.into()));
     }
-    write_path(args, &views)?;
+    write_path(args, &views, &opened.project)?;
     let legend = legend_of(args, content, &opened.project, &opened.site, task)?;
     let film = film(args, &views);
     let drawn = legend.clone().filter(|_| args.legend);
@@ -382,7 +383,7 @@ fn film(args: &RenderArgs, views: &RequestedViews) -> Option<VideoOptions> {
 }
 
 /// Writes the camera path, but never over an existing file, which may have been edited.
-fn write_path(args: &RenderArgs, views: &RequestedViews) -> Result<()> {
+fn write_path(args: &RenderArgs, views: &RequestedViews, project: &Project) -> Result<()> {
     match (&args.write_path, &views.path) {
         (Some(file), _) if file.exists() => {
             let file = file.display();
@@ -394,7 +395,10 @@ fn write_path(args: &RenderArgs, views: &RequestedViews) -> Result<()> {
             if let Some(folder) = file.parent().filter(|folder| *folder != Path::new("")) {
                 fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
             }
-            write_camera_path(file, path)
+            match args.in_frame {
+                true => write_camera_path(file, &path.moved(&project.frame.frame_from_world())),
+                false => write_camera_path(file, path),
+            }
         }
         _ => Ok(()),
     }

@@ -60,6 +60,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "surroundings|sky|none|#RRGGBB", value_parser = parse_background,
           default_value = "surroundings")]
     pub background: Background,
+    /// Cameras and camera paths of files, --write-path too, are in the site's frame (`quadratura frame`), as exports write them
+    #[arg(long)]
+    pub in_frame: bool,
     /// Also write the flight as a camera path, to be edited and given to --cameras
     #[arg(long, value_name = "FILE", requires = "through")]
     pub write_path: Option<PathBuf>,

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use quadratura_base::geometry::{Pinhole, Pose};
+use quadratura_base::geometry::{Pinhole, Pose, Similarity};
 use quadratura_view::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 
 /// The version of the format that this program writes, and the only one that it reads.
@@ -84,6 +84,26 @@ fn usual_fps() -> f64 {
 }
 
 impl CameraPath {
+    /// Returns the same flight after a transform of the world.
+    pub fn moved(&self, by: &Similarity) -> Self {
+        let point = |at: [f64; 3]| by.apply(DVec3::from_array(at)).to_array();
+        let turn = DQuat::from_mat3(&by.rotation);
+        let keyframe = |keyframe: &PathKeyframe| PathKeyframe {
+            position: point(keyframe.position),
+            look_at: keyframe.look_at.map(point),
+            rotation: keyframe.rotation.map(|[w, x, y, z]| {
+                let turned = DQuat::from_xyzw(x, y, z, w) * turn.inverse();
+                [turned.w, turned.x, turned.y, turned.z]
+            }),
+            ..keyframe.clone()
+        };
+        Self {
+            up: self.up.map(|up| (by.rotation * DVec3::from_array(up)).to_array()),
+            keyframes: self.keyframes.iter().map(keyframe).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Makes a path through cameras, `seconds` from one to the next, with frames of `size`. The flight is at rest
     /// at the first and at the last one.
     pub fn through(cameras: &[(Pinhole, Pose)], size: [u32; 2], seconds: f64) -> Self {

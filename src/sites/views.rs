@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::named::index_of_photo;
 use crate::open::Opened;
 use crate::unknown_name::no_such;
+use glam::DVec3;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{Photo, PhotoId, Site, up};
@@ -115,12 +116,15 @@ pub fn views(site: &Site, asked: &ViewRequest, task: &Task) -> Result<RequestedV
         ViewSource::At(path) => match ViewFormat::from_path(path) {
             ViewFormat::Cameras => of_cameras(path, size, task),
             ViewFormat::List => listed(site, path, size),
-            ViewFormat::Path => {
-                let ReadPath { path, flight, problems } = read_camera_path(path, up(&site.photos))?;
-                Ok(RequestedViews { problems, ..of_flight(path, &flight, size, fps)? })
-            }
+            ViewFormat::Path => of_path(path, up(&site.photos), size, fps),
         },
     }
+}
+
+/// Returns the frames of a camera path; `up` is up where the file says nothing.
+fn of_path(path: &Path, up: DVec3, size: Size, fps: Option<f64>) -> Result<RequestedViews> {
+    let ReadPath { path, flight, problems } = read_camera_path(path, up)?;
+    Ok(RequestedViews { problems, ..of_flight(path, &flight, size, fps)? })
 }
 
 impl Opened {
@@ -133,6 +137,28 @@ impl Opened {
             ViewSource::Saved(names) => saved(&self.project.views, names, asked.size),
             _ => views(&self.site, asked, task),
         }
+    }
+
+    /// Returns the requested views, of which cameras and camera paths of files are in the site's frame, as exports write them.
+    ///
+    /// # Errors
+    /// Returns [`Error::Request`] where the site has no frame, and the errors of [`views`].
+    pub fn views_in_frame(&self, asked: &ViewRequest, task: &Task) -> Result<RequestedViews> {
+        if self.project.frame.is_empty() {
+            let found = "the site has no frame, so its cameras are those of the cameras' world";
+            return Err(Error::Request(format!("{found}; `quadratura frame` sets one")));
+        }
+        let ViewSource::At(path) = &asked.source else { return self.views(asked, task) };
+        let frame = self.project.frame.frame_from_world();
+        let mut views = match ViewFormat::from_path(path) {
+            ViewFormat::List => return self.views(asked, task),
+            ViewFormat::Cameras => of_cameras(path, asked.size, task)?,
+            ViewFormat::Path => {
+                of_path(path, frame.rotation * up(&self.site.photos), asked.size, asked.fps)?
+            }
+        };
+        views.list.iter_mut().for_each(|view| view.pose = frame.pose_before(&view.pose));
+        Ok(views)
     }
 }
 

@@ -43,6 +43,52 @@ fn a_changed_file_is_kept_and_the_folder_of_another_project_is_refused() {
 }
 
 #[test]
+fn folders_of_layers_follow_update_and_watch_and_those_that_are_gone_are_forgotten() {
+    let Some(site) = Site::built() else { return };
+    site.run("export project --format blender --out blender").success();
+    site.run("export project --format exr --out exr --photo left").success();
+    site.run("export project --format cameras --out cameras").success();
+    let list = || fs::read_to_string(site.path("project/exports/handover/folders.json")).unwrap();
+    assert!(list().contains("\"../blender\"") && list().contains("\"../exr\"") && !list().contains("cameras"));
+    let picture = || fs::read(site.path("exr/left.png.exr")).unwrap();
+    let before = picture();
+    assert_eq!(&before[..4], [0x76, 0x2f, 0x31, 0x01], "the mark of OpenEXR");
+    // Filling changes the stacks, so both folders are written again, once.
+    let said = stderr_of(&site.run("update project").success());
+    assert!(said.contains("blender is up to date") && said.contains("exr is up to date"), "{said}");
+    let idle = stderr_of(&site.run("update project").success());
+    assert!(!idle.contains("is up to date:"), "{idle}");
+    // What is painted elsewhere is in them as soon as `watch` has imported it.
+    site.run("export project --format folder --out layered --photo left").success();
+    let layers = site.path("layered/left.png.layers");
+    let is_layer = |file: &std::path::PathBuf| {
+        file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("order-"))
+    };
+    let files = fs::read_dir(&layers).unwrap().map(|entry| entry.unwrap().path());
+    let largest = files.filter(is_layer).max_by_key(|file| fs::metadata(file).unwrap().len()).unwrap();
+    let mut painted = image::open(&largest).unwrap().into_rgba8();
+    painted.pixels_mut().take(400).for_each(|pixel| *pixel = image::Rgba([250, 0, 250, 255]));
+    painted.save(&largest).unwrap();
+    let filled = picture();
+    let said = stderr_of(&site.run("watch project layered --once").success());
+    assert!(said.contains("exr is up to date: 1 file"), "{said}");
+    assert!(picture() != filled, "the paint is in it");
+    fs::remove_dir_all(site.path("exr")).unwrap();
+    let said = stderr_of(&site.run("update project").success());
+    assert!(said.contains("exr is gone, and is no longer brought up to date"), "{said}");
+    assert!(!list().contains("exr"), "{}", list());
+}
+
+#[test]
+fn tiles_are_for_formats_that_have_them() {
+    let site = Site::new();
+    site.make_project();
+    let refused = stderr_of(&site.run("export project --format glb --udim --out out").code(2));
+    assert!(refused.contains("--udim does not apply to glb"), "{refused}");
+    assert!(!site.path("out").exists());
+}
+
+#[test]
 fn arguments_of_other_formats_are_refused() {
     let site = Site::new();
     site.make_project();

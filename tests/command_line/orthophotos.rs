@@ -91,6 +91,28 @@ fn exports_are_in_the_frame_unless_the_world_is_asked_for() {
 }
 
 #[test]
+fn pictures_of_cameras_in_the_frame_are_those_of_the_photos() {
+    let Some(site) = Site::built() else { return };
+    let no_frame = stderr_of(&site.run("render project --cameras sparse --in-frame --out none").failure());
+    assert!(no_frame.contains("the site has no frame"), "{no_frame}");
+    site.run(&format!("frame project --level cameras --scale {WALL}:0 {WALL}:1 5m --origin 1,2,3")).success();
+    site.run("export project --format cameras --out cameras").success();
+    site.run("render project --cameras photos --out expected").success();
+    let same = |folder: &str, file: &str, expected: &str| {
+        let pixels = |file: &str| image::open(site.path(file)).unwrap().into_rgb8().into_raw();
+        let (found, expected) = (pixels(&format!("{folder}/{file}")), pixels(expected));
+        let off = found.iter().zip(&expected).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+        // Poses are the same but for the rounding of what is written; few pixels at edges may flip.
+        assert!(found.len() == expected.len() && 100 * off <= found.len(), "{folder}: {off} of {}", found.len());
+    };
+    for (number, cameras) in ["cameras/transforms.json", "cameras/sparse/0"].into_iter().enumerate() {
+        let out = format!("found-{number}");
+        site.run(&format!("render project --cameras {cameras} --in-frame --out {out}")).success();
+        same(&out, "left.png", "expected/left.png");
+    }
+}
+
+#[test]
 fn an_orthophoto_needs_a_scale_and_says_how_to_set_one() {
     let site = Site::new();
     site.make_project();

@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::axes;
+use super::{Pose, axes};
 
 /// The transform `p -> scale * rotation * p + translation`. In files it is the four rows of a 4 x 4 matrix that
 /// applies to columns (x, y, z, 1).
@@ -41,6 +41,17 @@ impl Similarity {
     pub fn inverse(&self) -> Self {
         let (scale, rotation) = (self.scale.recip(), self.rotation.transpose());
         Self { scale, rotation, translation: rotation * (self.translation * -scale) }
+    }
+
+    /// Returns the pose of a camera after the transform of its world: it sees what `pose` sees, in the target's unit.
+    pub fn pose_after(&self, pose: &Pose) -> Pose {
+        let rotation = pose.rotation * self.rotation.transpose();
+        Pose { rotation, translation: pose.translation * self.scale - rotation * self.translation }
+    }
+
+    /// Returns the pose that [`Self::pose_after`] takes to this one.
+    pub fn pose_before(&self, pose: &Pose) -> Pose {
+        self.inverse().pose_after(pose)
     }
 
     /// Parses a name (see [`axes::named`]), or a matrix row by row as 16 or 12 numbers separated by spaces or
@@ -141,6 +152,22 @@ impl Default for Similarity {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_camera_sees_a_point_of_the_target_where_it_saw_it_before() {
+        let by = Similarity {
+            scale: 0.37,
+            rotation: DMat3::from_rotation_x(0.8),
+            translation: DVec3::new(4.0, -1.0, 2.5),
+        };
+        let pose = Pose { rotation: DMat3::from_rotation_y(0.4), translation: DVec3::new(1.0, 2.0, -3.0) };
+        let (point, after) = (DVec3::new(0.3, -2.0, 7.0), by.pose_after(&pose));
+        let off = after.camera_from_world(by.apply(point)) - pose.camera_from_world(point) * by.scale;
+        assert!(off.length() < 1e-12, "{off}");
+        let back = by.pose_before(&after);
+        assert!(back.rotation.abs_diff_eq(pose.rotation, 1e-12));
+        assert!(back.translation.abs_diff_eq(pose.translation, 1e-12));
+    }
 
     #[test]
     fn a_similarity_comes_back_from_its_rows() {

@@ -44,13 +44,7 @@ impl Placement {
 
     /// Returns the pose of a camera in the files.
     pub fn pose(&self, pose: &Pose) -> Pose {
-        let pose = match self.frame_from_world {
-            None => *pose,
-            Some(frame) => {
-                let rotation = pose.rotation * frame.rotation.transpose();
-                Pose { rotation, translation: pose.translation * frame.scale - rotation * frame.translation }
-            }
-        };
+        let pose = self.frame_from_world.map_or(*pose, |frame| frame.pose_after(pose));
         less_origin(&pose, self.origin)
     }
 }

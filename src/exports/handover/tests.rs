@@ -162,6 +162,31 @@ fn blenders_scene_refers_to_files_that_exist_and_projects_the_model_where_the_ph
 }
 
 #[test]
+fn a_script_for_nuke_refers_to_files_that_exist_and_surfaces_are_where_the_model_has_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let (project, opened) = tiny_stacks(folder.path()).unwrap();
+    let out = folder.path().join("nuke");
+    exported(&project, &opened, &out, HandoverFormat::Nuke);
+    let script = fs::read_to_string(out.join("site.nk")).unwrap();
+    let files: Vec<&str> =
+        script.lines().filter_map(|line| line.trim().strip_prefix("file \"")?.strip_suffix('"')).collect();
+    assert!(files.len() > 4, "{script}");
+    for file in &files {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let is_on_model = |line: &str| {
+        let at: Vec<f64> = line.split(' ').map(|number| number.parse().unwrap()).collect();
+        // The wall is at depth 12, the box at 6.
+        at[2] == 12.0 && at[0].abs() == 20.0 || at[2] == 6.0 && at[0].abs() == 1.0
+    };
+    for surfaces in files.iter().filter(|file| file.ends_with(".obj")) {
+        let text = fs::read_to_string(out.join(surfaces)).unwrap();
+        let mut corners = text.lines().filter_map(|line| line.strip_prefix("v "));
+        assert!(corners.clone().count() >= 4 && corners.all(is_on_model), "{text}");
+    }
+}
+
+#[test]
 fn the_same_scene_gives_the_same_bytes_in_another_folder() {
     let folder = tempfile::tempdir().unwrap();
     let (project, opened) = tiny_stacks(folder.path()).unwrap();
