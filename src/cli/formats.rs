@@ -79,11 +79,21 @@ const DEPTH: [Row; 2] = [
     ["a page (HTML) that shows them", "new views in a browser", "editing"],
 ];
 
-const OTHER_PROGRAMS: [Row; 2] = [
+const OTHER_PROGRAMS: [Row; 4] = [
     [
         "a folder for Blender 4.2 or newer: scene.py, scene.json, layers",
         "cameras, model, image layers, exposures, the site's frame; paint on the layers is imported",
         "relief, trees",
+    ],
+    [
+        "OpenEXR: a file of several parts per photo, half floats in linear light",
+        "photo, image layers with rectangle, order and name, depth; exposures as numbers",
+        "guides, masks; deep data",
+    ],
+    [
+        "a script for Nuke 12 or newer with layers and surfaces (experimental: not tried with the program itself)",
+        "cameras, image layers on their cut surfaces, one photo at a time; paint on the layers is imported",
+        "the mixing of photos, surroundings, relief, trees",
     ],
     [
         "cameras: COLMAP's text files, transforms.json, cameras.json",

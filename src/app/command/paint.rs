@@ -66,7 +66,7 @@ pub const TAKE_BACK: Command = Command {
 pub const EXPORT: Command = Command {
     name: "Export…",
     tooltip: "Writes photos with their layers as files for image editors (PSD, XCF, OpenRaster, folders of PNG), the site for other \
-              programs (Blender, GLB, OBJ, USD, cameras), layered depth images, pages for browsers, and orthophotos.",
+              programs (Blender, GLB, OBJ, USD, OpenEXR, Nuke, cameras), layered depth images, pages for browsers, and orthophotos.",
     keys: &[KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::E)],
     menu: Menu::File,
     ready: |state| can_export(state),
