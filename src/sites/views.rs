@@ -153,9 +153,7 @@ impl Opened {
         let mut views = match ViewFormat::from_path(path) {
             ViewFormat::List => return self.views(asked, task),
             ViewFormat::Cameras => of_cameras(path, asked.size, task)?,
-            ViewFormat::Path => {
-                of_path(path, frame.rotation * up(&self.site.photos), asked.size, asked.fps)?
-            }
+            ViewFormat::Path => of_path(path, frame.rotation * up(&self.site.photos), asked.size, asked.fps)?,
         };
         views.list.iter_mut().for_each(|view| view.pose = frame.pose_before(&view.pose));
         Ok(views)

@@ -49,7 +49,9 @@ fn folders_of_layers_follow_update_and_watch_and_those_that_are_gone_are_forgott
     site.run("export project --format exr --out exr --photo left").success();
     site.run("export project --format cameras --out cameras").success();
     let list = || fs::read_to_string(site.path("project/exports/handover/folders.json")).unwrap();
-    assert!(list().contains("\"../blender\"") && list().contains("\"../exr\"") && !list().contains("cameras"));
+    assert!(
+        list().contains("\"../blender\"") && list().contains("\"../exr\"") && !list().contains("cameras")
+    );
     let picture = || fs::read(site.path("exr/left.png.exr")).unwrap();
     let before = picture();
     assert_eq!(&before[..4], [0x76, 0x2f, 0x31, 0x01], "the mark of OpenEXR");

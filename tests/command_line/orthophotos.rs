@@ -103,7 +103,11 @@ fn pictures_of_cameras_in_the_frame_are_those_of_the_photos() {
         let (found, expected) = (pixels(&format!("{folder}/{file}")), pixels(expected));
         let off = found.iter().zip(&expected).filter(|(a, b)| a.abs_diff(**b) > 2).count();
         // Poses are the same but for the rounding of what is written; few pixels at edges may flip.
-        assert!(found.len() == expected.len() && 100 * off <= found.len(), "{folder}: {off} of {}", found.len());
+        assert!(
+            found.len() == expected.len() && 100 * off <= found.len(),
+            "{folder}: {off} of {}",
+            found.len()
+        );
     };
     for (number, cameras) in ["cameras/transforms.json", "cameras/sparse/0"].into_iter().enumerate() {
         let out = format!("found-{number}");

@@ -8,11 +8,11 @@
 pub mod baked;
 pub mod blender;
 mod cameras;
-mod exr;
 pub mod folder;
 pub mod format;
 pub mod live;
 mod nuke;
+mod openexr;
 pub mod origin;
 mod photos;
 mod points;
@@ -98,7 +98,7 @@ pub fn hand_over(
         HandoverFormat::Blender => {
             blender::write(&mut folder, project, opened, photos, placement, options, task)?
         }
-        HandoverFormat::Exr => exr::write(&mut folder, project, opened, photos, placement, task)?,
+        HandoverFormat::Exr => openexr::write(&mut folder, project, opened, photos, placement, task)?,
         HandoverFormat::Nuke => nuke::write(&mut folder, project, opened, photos, placement, options, task)?,
         HandoverFormat::Cameras => cameras::write(&mut folder, project, opened, photos, placement, task)?,
     }
