@@ -38,6 +38,7 @@ pub fn follow_locked(
         match refreshed.done {
             Ok(done) => {
                 task.note(format!("{folder} is up to date: {}", counted(done.files.len(), "file")));
+                done.failed.into_iter().for_each(|what| task.note(what));
             }
             Err(error) => task.note(format!("{folder} was not brought up to date: {}", error_text(&error))),
         }

@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use super::site::{Site, stderr_of, stdout_of};
+use super::common::adapter;
+use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
 #[test]
 fn cameras_are_exported_without_stacks_and_a_project_can_be_made_of_them() {
@@ -79,6 +80,46 @@ fn folders_of_layers_follow_update_and_watch_and_those_that_are_gone_are_forgott
     let said = stderr_of(&site.run("update project").success());
     assert!(said.contains("exr is gone, and is no longer brought up to date"), "{said}");
     assert!(!list().contains("exr"), "{}", list());
+}
+
+/// The cameras of one photo as `transforms.json`, as programs for single photos write them: no points.
+fn one_camera(name: &str) -> String {
+    let frame = serde_json::json!({
+        "file_path": format!("photos/{name}"), "fl_x": 160, "cx": 80, "cy": 60, "w": 160, "h": 120,
+        "transform_matrix": [[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0], [0, 0, 0, 1]],
+    });
+    serde_json::json!({ "frames": [frame] }).to_string()
+}
+
+#[test]
+fn a_site_of_one_photo_without_points_goes_out_to_every_program_without_a_filling() {
+    if adapter().is_none() {
+        return;
+    }
+    let site = Site::new();
+    fs::write(site.path("transforms.json"), one_camera(PHOTOS[0])).unwrap();
+    site.run("new project --photos photos --cameras transforms.json --model model.obj").success();
+    let checked = site.run("check project");
+    let said = format!("{}{}", stdout_of(&checked), stderr_of(&checked));
+    assert!(said.contains("no sparse points") || said.contains("no points"), "{said}");
+    site.run("build project").success();
+    for format in ["blender", "cameras", "glb", "obj", "usd", "exr", "nuke"] {
+        let done = site.json(&format!("export project --format {format} --out {format} --json"));
+        assert!(!done["export"]["files"].as_array().unwrap().is_empty(), "{format}: {done}");
+        assert_eq!(done["problems"], serde_json::json!([]), "{format}");
+    }
+}
+
+#[test]
+fn a_photo_that_cannot_be_read_is_a_problem_and_the_other_is_exported() {
+    let Some(site) = Site::built() else { return };
+    fs::write(site.path("photos/left.png"), "no picture").unwrap();
+    for format in ["exr", "nuke"] {
+        let failed = site.run(&format!("export project --format {format} --out {format}")).code(1);
+        assert!(stderr_of(&failed).contains("left.png"), "{format}: {}", stderr_of(&failed));
+        let entries = fs::read_dir(site.path(format)).unwrap().count();
+        assert!(entries > 1, "{format}: the other photo is there");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::fs;
 use quadratura::testing::app::command;
 use quadratura::testing::app::editor::Editor;
 use quadratura::testing::app::selection::Selection;
+use quadratura::testing::app::site_frame::{LevelChoice, ScaleChoice};
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::views::measure::{PointOnFace, pixel_at};
 
@@ -50,6 +51,42 @@ fn two_points_are_measured_and_a_known_length_sets_the_scale_which_undo_takes_ba
     harness.state_mut().run(&command::edit::UNDO);
     harness.step();
     assert_eq!(scale(harness.state()), None);
+}
+
+#[test]
+fn the_sites_frame_is_set_in_a_dialog_step_by_step_and_undo_takes_back_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(&first_photos(folder.path(), 2));
+    harness.state_mut().run(&command::images::FRAME);
+    appears(&mut harness, "Site frame");
+    assert!(is_there(&harness, "not set"));
+    let frame = |editor: &Editor| editor.session.as_ref().unwrap().history.present().frame.clone();
+    let dialog = harness.state_mut().dialogs.site_frame.as_mut().unwrap();
+    (dialog.level, dialog.scale) = (LevelChoice::Verticals, ScaleChoice::Unit(1.0, "m"));
+    harness.step();
+    press(&mut harness, "Set");
+    appears(&mut harness, "upright edges of the model");
+    let set = frame(harness.state());
+    assert!(set.up.is_some() && set.scale.as_ref().is_some_and(|scale| scale.value == 1.0), "{set:?}");
+    // A map needs north: the dialog says so, and nothing changes.
+    let dialog = harness.state_mut().dialogs.site_frame.as_mut().unwrap();
+    dialog.map = ["25832", "1", "2", "3"].map(str::to_owned);
+    harness.step();
+    press(&mut harness, "Set");
+    appears(&mut harness, "needs a frame that is level, in metres and to the north");
+    assert_eq!(frame(harness.state()), set);
+    let dialog = harness.state_mut().dialogs.site_frame.as_mut().unwrap();
+    dialog.north = ["0,0,0".into(), "0,1,0".into(), String::new()];
+    harness.step();
+    press(&mut harness, "Set");
+    appears(&mut harness, "EPSG:25832");
+    press(&mut harness, "Close");
+    harness.state_mut().run(&command::edit::UNDO);
+    harness.step();
+    assert_eq!(frame(harness.state()), set);
+    harness.state_mut().run(&command::edit::UNDO);
+    harness.step();
+    assert!(frame(harness.state()).is_empty());
 }
 
 #[test]

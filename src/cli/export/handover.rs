@@ -99,6 +99,7 @@ pub fn run(args: &ExportArgs, format: HandoverFormat, opened: &Opened, task: &Ta
     }
     let done = hand_over(&args.project, opened, &photos, &args.out, &options, &start, task)?;
     let mut problems = chosen.problems_of(&opened.problems, task);
+    problems.extend(done.failed.iter().cloned());
     let blend = args.handover.blend.then(|| make_blend(&args.out, task));
     let blend = match blend.transpose() {
         Ok(blend) => blend,

@@ -73,6 +73,9 @@ pub struct HandedOver {
     pub spared: Vec<PathBuf>,
     /// What is not in the export, and why: one sentence each.
     pub left_out: Vec<String>,
+    /// What could not be read or written, and is not in the export for that reason: one sentence each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub failed: Vec<String>,
     /// The point of the world, or of the frame, that is zero in the files.
     pub origin: [f64; 3],
     /// The rows of the matrix from the cameras' world to the site's frame, in which coordinates are; `None` for the world.
@@ -158,6 +161,11 @@ impl<'a> HandoverFolder<'a> {
     /// Notes something that the export does not contain, with the reason, in a sentence.
     pub fn leave_out(&mut self, what: impl Into<String>) {
         self.report.left_out.push(what.into());
+    }
+
+    /// Notes a fault of one photo, without which the others are exported.
+    pub fn fail(&mut self, what: impl Into<String>) {
+        self.report.failed.push(what.into());
     }
 
     /// Completes the export: all files have their names, and `handover.json` lists them. Files that were kept are noted.

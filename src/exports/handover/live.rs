@@ -116,7 +116,10 @@ pub fn refresh(
         let no_device = || Err(Error::Request("this format needs no device".into()));
         match hand_over(project, opened, &photos, &out, &options, &no_device, task) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            done => refreshed.push(Refreshed { folder: out, done }),
+            done => {
+                let folder = out.canonicalize().unwrap_or(out);
+                refreshed.push(Refreshed { folder, done });
+            }
         }
     }
     Ok(refreshed)

@@ -79,7 +79,7 @@ pub fn write(
         match source.file(photo, stack, task) {
             Ok(bytes) => folder.write(&format!("{}.exr", file_name_of_photo(&photo.name)), &bytes)?,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => folder.leave_out(format!("{}: {error}", photo.name)),
+            Err(error) => folder.fail(format!("{}: {error}", photo.name)),
         }
     }
     if !has_stack {

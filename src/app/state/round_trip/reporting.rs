@@ -161,7 +161,8 @@ impl State {
                 )
             });
             let left_out = handed.left_out.iter().map(|what| format!("Not exported: {what}"));
-            dialog.report = std::iter::once(text).chain(baked).chain(left_out).collect();
+            let failed = handed.failed.iter().map(|what| format!("Failed: {what}"));
+            dialog.report = std::iter::once(text).chain(failed).chain(baked).chain(left_out).collect();
             dialog.done = Some(out);
         }
     }

@@ -70,7 +70,7 @@ pub fn handed_stacks(
     };
     let Exported { done, failed } = export(project, &with, &folder.path().join(LAYERS), &exporting, task)?;
     for (photo, error) in failed {
-        folder.leave_out(format!("the image layers of {photo}: {error}"));
+        folder.fail(format!("{photo}: its image layers are not exported: {error}"));
     }
     let mut chosen: Vec<Option<Stack>> = vec![None; site.photos.len()];
     let mut folders = vec![String::new(); site.photos.len()];
