@@ -9,12 +9,12 @@ use exr::prelude::{
     f16,
 };
 
-use super::layered::Raster;
 use super::picture_exr::{PRIMARIES, half};
 use super::picture_png::MADE_BY;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::light::linear_of_srgb;
+use quadratura_layered_files::Raster;
 
 /// Zip in blocks of 16 lines, which all programs read.
 const ENCODING: Encoding = Encoding {
@@ -119,8 +119,8 @@ fn layer(part: ExrPart) -> Layer<AnyChannels<FlatSamples>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::layered::Depth;
     use exr::prelude::{ReadChannels, ReadLayers, read};
+    use quadratura_layered_files::Depth;
 
     #[test]
     fn parts_have_their_windows_names_attributes_and_values() {
