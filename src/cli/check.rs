@@ -159,7 +159,14 @@ fn verdict_text(report: &CheckReport) -> String {
             percent(share)
         )
     });
-    format!("{verdict}: it covers {} of a photo (median){agreement}.\n", percent(report.covered))
+    let unjudged = match report.agreement {
+        Some(_) => "",
+        None => {
+            "There are no sparse points that photos observe, so coverage alone says so: how exactly the model fits, what it leaves out and \
+             how well the cameras fit cannot be judged. Look at the pictures with its edges.\n"
+        }
+    };
+    format!("{verdict}: it covers {} of a photo (median){agreement}.\n{unjudged}", percent(report.covered))
 }
 
 /// Says how well the cameras fit their own observations; the warning where they do not is noted when they are read.

@@ -101,7 +101,7 @@ fn a_site_of_one_photo_without_points_goes_out_to_every_program_without_a_fillin
     site.run("new project --photos photos --cameras transforms.json --model model.obj").success();
     let checked = site.run("check project");
     let said = format!("{}{}", stdout_of(&checked), stderr_of(&checked));
-    assert!(said.contains("no sparse points") || said.contains("no points"), "{said}");
+    assert!(said.contains("no sparse points") && said.contains("cannot be judged"), "{said}");
     site.run("build project").success();
     for format in ["blender", "cameras", "glb", "obj", "usd", "exr", "nuke"] {
         let done = site.json(&format!("export project --format {format} --out {format} --json"));

@@ -1,6 +1,6 @@
 //! Draws the dialog for the site's frame.
 
-use eframe::egui::{Button, ComboBox, Context, Grid, RichText, TextEdit, Ui, vec2};
+use eframe::egui::{Button, ComboBox, Context, Grid, Label, RichText, TextEdit, Ui, vec2};
 
 use crate::state::request::{OrthoRequest, Request};
 use crate::state::site_frame::{LevelChoice, ScaleChoice, SiteFrameDialog, UNITS};
@@ -11,6 +11,7 @@ use quadratura_document::frame::FramePart;
 const WIDTH: f32 = 560.0;
 const POINT: f32 = 180.0;
 const NUMBER: f32 = 84.0;
+const TITLE: f32 = 52.0;
 
 /// How points are written.
 const POINTS: &str = "A point is OBJECT[FACE]:CORNER, PHOTO:X,Y for what a pixel shows of the model, point:PHOTO:X,Y for a sparse point, or \
@@ -35,20 +36,20 @@ pub fn site_frame_ui(context: &Context, open: &mut Option<SiteFrameDialog>, requ
 
 /// Draws what is known, each part with a button that forgets it.
 fn known(ui: &mut Ui, dialog: &SiteFrameDialog, requests: &mut Vec<Request>) {
-    Grid::new("known frame").num_columns(3).spacing([12.0, 4.0]).show(ui, |ui| {
-        for (part, what) in &dialog.known {
-            ui.label(title(*part));
-            match what {
-                Some(what) => ui.add(eframe::egui::Label::new(what).wrap()),
-                None => ui.weak("not set"),
-            };
+    for (part, what) in &dialog.known {
+        ui.horizontal(|ui| {
+            ui.add_sized([TITLE, ui.spacing().interact_size.y], Label::new(title(*part)));
             let forget = ui.add_enabled(what.is_some(), Button::new("Forget").small());
             if forget.on_hover_text(format!("Forgets: {}", title(*part))).clicked() {
                 requests.push(OrthoRequest::ForgetFrame(*part).into());
             }
-            ui.end_row();
-        }
-    });
+            match what {
+                // One line, all of it as a tooltip.
+                Some(what) => ui.add(Label::new(what).truncate()),
+                None => ui.weak("not set"),
+            };
+        });
+    }
 }
 
 fn title(part: FramePart) -> &'static str {

@@ -67,7 +67,7 @@ pub struct HandoverFolder<'a> {
 /// What an export wrote.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct HandedOver {
-    /// The files, with their sizes in bytes, in the order in which they were written.
+    /// The files and folders of image layers, with their sizes in bytes, in the order in which they were written.
     pub files: Vec<HandedFile>,
     /// Files that were not overwritten, because they were changed since their export.
     pub spared: Vec<PathBuf>,
@@ -86,7 +86,7 @@ pub struct HandedOver {
     pub baked: Option<BakedReport>,
 }
 
-/// A file that was written.
+/// A file, or a folder of image layers, that was written.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HandedFile {
     /// The path in the folder, with `/`.
@@ -156,6 +156,11 @@ impl<'a> HandoverFolder<'a> {
         self.contents.files.insert(name.clone(), hash);
         self.report.files.push(HandedFile { name, bytes: content.len() as u64 });
         if self.pending.len() >= MOST_PENDING { self.commit() } else { Ok(()) }
+    }
+
+    /// Counts a folder that another writer filled, by its path in this one.
+    pub fn count(&mut self, name: String, bytes: u64) {
+        self.report.files.push(HandedFile { name, bytes });
     }
 
     /// Notes something that the export does not contain, with the reason, in a sentence.

@@ -77,7 +77,9 @@ pub fn handed_stacks(
     for report in done {
         let Some(id) = site.photo_named(&report.photo) else { continue };
         chosen[id.index()] = all[id.index()].clone();
-        folders[id.index()] = relative_to(folder.path(), &report.path)?;
+        let path = relative_to(folder.path(), &report.path)?;
+        folder.count(path.clone(), report.bytes);
+        folders[id.index()] = path;
         report.problems.iter().for_each(|problem| task.note(problem));
     }
     Ok(HandedStacks { store, all, chosen, folders })
