@@ -30,6 +30,7 @@ pub mod origins;
 pub mod paint;
 pub mod projected_paint;
 pub mod relief;
+mod shelf;
 pub mod sources;
 pub mod status;
 pub mod surroundings;
