@@ -76,7 +76,8 @@ impl Scratch {
     fn with_file<T>(&self, work: impl FnOnce(&mut Opened) -> std::io::Result<T>) -> std::io::Result<T> {
         let mut opened = self.opened.lock().expect("no holder of this lock panics");
         if opened.is_none() {
-            let file = std::fs::create_dir_all(&self.folder).and_then(|()| tempfile::tempfile_in(&self.folder));
+            let file =
+                std::fs::create_dir_all(&self.folder).and_then(|()| tempfile::tempfile_in(&self.folder));
             *opened = Some(Opened { file: file.or_else(|_| tempfile::tempfile())?, end: 0 });
         }
         work(opened.as_mut().expect("it was opened just now"))

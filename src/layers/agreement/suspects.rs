@@ -28,7 +28,7 @@ pub struct Suspects {
 /// One thing.
 struct Suspect {
     /// The indices of its pixels.
-    pixels: Vec<usize>,
+    pixels: Vec<u32>,
     /// The colours of its pixels at all levels of detail; of thin things none.
     tints: Vec<[Tint; LEVELS]>,
     /// Which of its pixels others have confirmed.
@@ -38,7 +38,12 @@ struct Suspect {
 impl Suspect {
     fn new(pixels: Vec<usize>, tints: Vec<[Tint; LEVELS]>) -> Self {
         let confirmed = vec![false; pixels.len()];
-        Self { pixels, tints, confirmed }
+        Self { pixels: pixels.into_iter().map(|at| at as u32).collect(), tints, confirmed }
+    }
+
+    /// Returns the indices of its pixels.
+    fn thing(&self) -> Vec<usize> {
+        self.pixels.iter().map(|at| *at as usize).collect()
     }
 
     /// Returns the number of its pixels that others have confirmed.
@@ -57,8 +62,7 @@ impl Suspects {
 
     /// Finds what may stand on outlines alone.
     pub(super) fn standing(photo: &DirectionPhoto, colours: &FarColours) -> Self {
-        let tints =
-            |at: &usize| std::array::from_fn(|level| photo.tints().tint(photo.centre(*at), level));
+        let tints = |at: &usize| std::array::from_fn(|level| photo.tints().tint(photo.centre(*at), level));
         let suspect = |thing: Vec<usize>| {
             let tints = thing.iter().map(tints).collect();
             Suspect::new(thing, tints)
@@ -87,38 +91,37 @@ impl Suspects {
         };
         for Suspect { pixels, tints, confirmed } in &mut self.standing {
             let pixels = pixels.par_iter().zip(tints).zip(confirmed).filter(|(_, confirmed)| !**confirmed);
-            pixels.for_each(|((at, tints), confirmed)| *confirmed = same(*at, tints));
+            pixels.for_each(|((at, tints), confirmed)| *confirmed = same(*at as usize, tints));
         }
         for Suspect { pixels, confirmed, .. } in &mut self.thin {
             let pixels = pixels.par_iter().zip(confirmed).filter(|(_, confirmed)| !**confirmed);
-            pixels.for_each(|(at, confirmed)| *confirmed = thin::shows_something(other, direction(*at)));
+            pixels.for_each(|(at, confirmed)| {
+                *confirmed = thin::shows_something(other, direction(*at as usize))
+            });
         }
     }
 
     /// Lowers the agreement (of all pixels, row by row) of the things that too few have confirmed, after all were asked.
     pub fn lower(&self, photo: &DirectionPhoto, values: &mut [f32]) {
-        for thing in &self.standing {
-            if far_colours::is_suspected(photo, &thing.pixels, values)
-                && far_colours::is_near(thing.confirmed(), thing.pixels.len())
+        for suspect in &self.standing {
+            let thing = suspect.thing();
+            if far_colours::is_suspected(photo, &thing, values)
+                && far_colours::is_near(suspect.confirmed(), thing.len())
             {
-                lower(photo, &thing.pixels, values);
+                lower(photo, &thing, values);
             }
         }
-        for thing in self.thin.iter().filter(|_| self.is_asked) {
-            if thin::is_near(thing.confirmed(), thing.pixels.len()) {
-                lower(photo, &thing.pixels, values);
+        for suspect in self.thin.iter().filter(|_| self.is_asked) {
+            let thing = suspect.thing();
+            if thin::is_near(suspect.confirmed(), thing.len()) {
+                lower(photo, &thing, values);
             }
         }
     }
 }
 
 /// Returns whether a photo shows in a direction (world) what another one shows there in these colours and so much detail.
-fn shows_the_same(
-    other: &DirectionPhoto,
-    direction: DVec3,
-    of_detail: f64,
-    tints: &[Tint; LEVELS],
-) -> bool {
+fn shows_the_same(other: &DirectionPhoto, direction: DVec3, of_detail: f64, tints: &[Tint; LEVELS]) -> bool {
     let shown = |px: &_| other.exposed(other.index(*px)).is_some();
     let Some(px) = other.position(direction).filter(shown) else { return false };
     // At the coarser of both footprints.

@@ -77,13 +77,8 @@ impl PlotMap {
     /// one of its sides: projection is linear.
     fn may_show(&self, corners: [DVec2; 4]) -> bool {
         let corners = corners.map(|corner| self.projected(corner));
-        let sides: [&dyn Fn(DVec3) -> f64; 5] = [
-            &|h| h.z,
-            &|h| h.x,
-            &|h| h.y,
-            &|h| self.size.x * h.z - h.x,
-            &|h| self.size.y * h.z - h.y,
-        ];
+        let sides: [&dyn Fn(DVec3) -> f64; 5] =
+            [&|h| h.z, &|h| h.x, &|h| h.y, &|h| self.size.x * h.z - h.x, &|h| self.size.y * h.z - h.y];
         sides.iter().all(|side| corners.iter().any(|corner| side(*corner) >= 0.0))
     }
 }

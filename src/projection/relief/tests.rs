@@ -91,11 +91,7 @@ fn photographed(truth: Truth, projector: &Projector) -> PhotoPixels {
     PhotoPixels { width: CAMERA.width, height: CAMERA.height, channels: 3, samples, icc: None }
 }
 
-fn sweep_views(
-    model: &Model,
-    truth: Truth,
-    change: impl Fn(usize, &mut PhotoPixels),
-) -> Vec<Arc<SweepView>> {
+fn sweep_views(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<Arc<SweepView>> {
     let surface = ModelSurface::from_model(model);
     let sweep_view = |(i, eye): (usize, &[f64; 2])| {
         let projector = projector(*eye);
@@ -207,7 +203,16 @@ fn a_photo_left_out_has_no_say() {
     let model = wall();
     let mut all = sweep_views(&model, Truth::Window, |_, _| ());
     let relief = estimate(&model, &all);
-    let without = relief_without(&relief, &[PhotoId(2)], &model, &all, &shown(&model, &all), &options(), &Task::silent()).unwrap();
+    let without = relief_without(
+        &relief,
+        &[PhotoId(2)],
+        &model,
+        &all,
+        &shown(&model, &all),
+        &options(),
+        &Task::silent(),
+    )
+    .unwrap();
     all.remove(2);
     assert_eq!(without, estimate(&model, &all));
     assert_ne!(without, relief);
