@@ -147,6 +147,7 @@ ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 MpiDefault=none
 ReturnToService=2
+MinJobAge=600
 SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 StateSaveLocation=$work/slurm/state
@@ -159,7 +160,7 @@ AccountingStorageType=accounting_storage/none
 JobAcctGatherType=jobacct_gather/none
 NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=16821 CPUs=1 RealMemory=8000 State=UNKNOWN
 NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=16822 CPUs=1 RealMemory=8000 State=UNKNOWN
-PartitionName=all Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
+PartitionName=nodes Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
 EOF
     export SLURM_CONF="$work/slurm/slurm.conf"
     slurmctld -D >/dev/null 2>&1 &
@@ -179,8 +180,8 @@ EOF
         project "$work/cluster"
         # shellcheck disable=SC2086
         "$program" --quiet plan "$work/cluster" --for snakemake --out "$work/jobs" --cores 1 $memory --photos-per-job 2 >/dev/null
-        (cd "$work/jobs" && "$tools/bin/snakemake" --executor slurm --jobs 2 --quiet all --latency-wait 20 \
-            --default-resources slurm_partition=all mem_mb=1500 runtime=30 --config "program=$program") >"$work/log" 2>&1 ||
+        (cd "$work/jobs" && "$tools/bin/snakemake" --executor slurm --slurm-status-command squeue --jobs 2 --quiet all --latency-wait 20 \
+            --default-resources slurm_partition=nodes runtime=30 --config "program=$program") >"$work/log" 2>&1 ||
             { tail -n 40 "$work/log" >&2; fail "Snakemake on Slurm"; }
         same "$work/cluster" "Snakemake's executor for Slurm, two nodes"
     fi
