@@ -21,8 +21,10 @@ work=$(mktemp -d)
 running=
 mounted=
 slurm=
+conf=
 leave() {
     for process in $running $slurm; do kill "$process" 2>/dev/null || true; done
+    [ -z "$conf" ] || rm -f "$conf"
     for folder in $mounted; do umount "$folder" 2>/dev/null || true; done
     rm -rf "$work"
 }
@@ -129,6 +131,7 @@ slurm_ready() {
         command -v $tool >/dev/null || { say "shares: Slurm is left out, because $tool is missing: apt install slurm-wlm"; return 1; }
     done
     [ "$(id -u)" -eq 0 ] || { say "shares: Slurm is left out, because only root may start its nodes"; return 1; }
+    [ ! -e /etc/slurm/slurm.conf ] || { say "shares: Slurm is left out, because this machine has a cluster of its own"; return 1; }
     [ -x "$tools/bin/snakemake" ] || { say "shares: Slurm is left out, because Snakemake is missing"; return 1; }
     "$tools/bin/python" -m pip install --quiet snakemake-executor-plugin-slurm || { say "shares: Slurm is left out: no executor of Snakemake for it"; return 1; }
 }
@@ -162,7 +165,9 @@ NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=16821 CPUs=1 RealMemory=8
 NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=16822 CPUs=1 RealMemory=8000 State=UNKNOWN
 PartitionName=nodes Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP OverSubscribe=NO
 EOF
-    export SLURM_CONF="$work/slurm/slurm.conf"
+    # Steps of jobs look for it there, whatever their surroundings say.
+    ln -s "$work/slurm/slurm.conf" /etc/slurm/slurm.conf
+    conf=/etc/slurm/slurm.conf
     slurmctld -D >/dev/null 2>&1 &
     slurm=$!
     for node in n1 n2; do
