@@ -4,7 +4,7 @@
 # A small town is made by workers that are killed at random moments (KILLS, 20), by two that see one folder by two paths and whose
 # clocks are ten minutes apart, on a disk that is full in the middle of the work, and read from one that is read-only; the
 # stacks have to be those of one `update`, byte for byte. With Debian's slurm-wlm two nodes of one machine take the jobs that Snakemake
-# hands to a Slurm cluster. What cannot be had or is not allowed is left out by name. tests/farm.sh calls it. POSIX sh.
+# hands to a Slurm cluster. What cannot be had or is not allowed is left out by name; tests/full.sh runs it after tests/farm.sh, which installs Snakemake. POSIX sh.
 set -eu
 cd "$(dirname "$0")/.."
 . examples/setup.sh

@@ -8,6 +8,7 @@ use std::sync::Mutex;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::cached::{from_bytes, to_bytes};
 use quadratura_base::error::{Error, Result};
 
 /// A file for values, which is made when the first one is written.
@@ -44,7 +45,7 @@ impl Scratch {
     /// # Errors
     /// [`Error::Io`].
     pub fn write(&self, value: &impl Serialize, former: Option<ScratchPlace>) -> Result<ScratchPlace> {
-        let bytes = postcard::to_stdvec(value).expect("plain data in memory can be written");
+        let bytes = to_bytes(value);
         let length = bytes.len() as u64;
         self.with_file(|opened| {
             let place = match former.filter(|former| former.room >= length) {
@@ -68,7 +69,7 @@ impl Scratch {
             let mut bytes = vec![0; place.length as usize];
             opened.file.seek(SeekFrom::Start(place.at))?;
             opened.file.read_exact(&mut bytes)?;
-            postcard::from_bytes(&bytes).map_err(std::io::Error::other)
+            from_bytes(&bytes).ok_or_else(|| std::io::ErrorKind::InvalidData.into())
         };
         self.with_file(read).map_err(Error::io(&self.folder, "read back what did not fit into memory"))
     }
