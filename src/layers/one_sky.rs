@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::agreement::directions::DirectionPhoto;
+use super::agreement::directions::{DirectionPhoto, DirectionPhotos};
 use super::dome::{BLACK, STRAY, filled};
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
@@ -79,30 +79,20 @@ type Coarse = BTreeMap<usize, CellSums>;
 /// The common sky: logarithms of light by cell of the coarse cube.
 type Sky = CubeMap<[f32; 3]>;
 
-/// Finds the factors of each photo, in the order of `photos`. `agreement` says how far others confirm each pixel that shows
-/// surroundings of each photo; with `None` they confirm all.
+/// Finds the factors of each photo, in the order of `photos`; each counts as far as others confirm it.
 ///
 /// # Errors
-/// [`quadratura_base::Error::Cancelled`].
-pub fn one_sky(
-    photos: &[&DirectionPhoto],
-    agreement: Option<&[Vec<f32>]>,
-    task: &Task,
-) -> Result<Vec<SurroundingsFactors>> {
+/// [`quadratura_base::Error::Cancelled`], and those of reading photos back.
+pub fn one_sky(photos: &dyn DirectionPhotos, task: &Task) -> Result<Vec<SurroundingsFactors>> {
     task.check_cancelled()?;
-    let of_photo = |number: usize| agreement.map(|agreement| agreement[number].as_slice());
-    let with_agreement: Vec<(&DirectionPhoto, Option<&[f32]>)> =
-        photos.iter().enumerate().map(|(number, photo)| (*photo, of_photo(number))).collect();
+    let numbers = || (0..photos.count()).into_par_iter();
     let coarse: Vec<Coarse> =
-        with_agreement.par_iter().map(|(photo, agreement)| coarse(photo, *agreement)).collect();
+        numbers().map(|number| Ok(coarse(&*photos.photo(number)?))).collect::<Result<_>>()?;
     task.check_cancelled()?;
     let offsets = offsets(&coarse);
     let sky = common_sky(&coarse, &offsets);
     task.check_cancelled()?;
-    let factors = |((photo, agreement), offset): (&(&DirectionPhoto, Option<&[f32]>), &[f32; 3])| {
-        factors(photo, *agreement, *offset, &sky)
-    };
-    Ok(with_agreement.par_iter().zip(&offsets).map(factors).collect())
+    numbers().map(|number| Ok(factors(&*photos.photo(number)?, offsets[number], &sky))).collect()
 }
 
 /// A pixel of a photo that is looked at.
@@ -117,7 +107,7 @@ struct Looked {
 }
 
 /// Returns what is looked at of a photo.
-fn looked<'a>(photo: &'a DirectionPhoto, agreement: Option<&'a [f32]>) -> impl Iterator<Item = Looked> + 'a {
+fn looked(photo: &DirectionPhoto) -> impl Iterator<Item = Looked> {
     let [width, height] = [photo.camera.width as usize, photo.camera.height as usize];
     let places = (0..height).step_by(STEP).flat_map(move |y| (0..width).step_by(STEP).map(move |x| (x, y)));
     places.filter_map(move |(x, y)| {
@@ -131,7 +121,7 @@ fn looked<'a>(photo: &'a DirectionPhoto, agreement: Option<&'a [f32]>) -> impl I
             direction: photo.pose.rotation.transpose() * photo.camera.ray_in_camera(px),
             log: light.map(|light| light.max(BLACK).ln()),
             known: photo.known(at),
-            trust: agreement.map_or(1.0, |agreement| agreement[place] * agreement[place]) * ramp,
+            trust: photo.agreement(place) * photo.agreement(place) * ramp,
         })
     })
 }
@@ -144,9 +134,9 @@ fn feather(photo: &DirectionPhoto, px: DVec2) -> f32 {
 }
 
 /// Returns what a photo shows on the coarse cube.
-fn coarse(photo: &DirectionPhoto, agreement: Option<&[f32]>) -> Coarse {
+fn coarse(photo: &DirectionPhoto) -> Coarse {
     let mut cells = Coarse::new();
-    for seen in looked(photo, agreement).filter(|seen| seen.trust > 0.0) {
+    for seen in looked(photo).filter(|seen| seen.trust > 0.0) {
         let sums = cells.entry(Sky::cell_of(SIDE, seen.direction)).or_default();
         let weight = seen.trust * feather(photo, seen.px);
         sums.whole += seen.trust;
@@ -326,17 +316,12 @@ fn continued(channels: &[Vec<(f32, f32)>; 3], least: &[[f32; 3]]) -> Sky {
 }
 
 /// Returns the factors that bring a photo to the common sky.
-fn factors(
-    photo: &DirectionPhoto,
-    agreement: Option<&[f32]>,
-    offset: [f32; 3],
-    sky: &Sky,
-) -> SurroundingsFactors {
+fn factors(photo: &DirectionPhoto, offset: [f32; 3], sky: &Sky) -> SurroundingsFactors {
     let mut cells = vec![([0.0f32; 3], 0.0f32); GRID * GRID];
     let mut known = [(0.0f32, 0.0f32); 3];
     let mut all = 0.0;
     let size = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height));
-    for seen in looked(photo, agreement).filter(|seen| seen.trust > 0.0) {
+    for seen in looked(photo).filter(|seen| seen.trust > 0.0) {
         let common = sky.between(seen.direction, |log| log);
         let apart = [0, 1, 2].map(|c| common[c] - seen.log[c]);
         // A clipped channel may be darker than the sky by any amount.
@@ -384,6 +369,8 @@ fn factors(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use glam::DMat3;
 
     use super::*;
@@ -408,7 +395,8 @@ mod tests {
 
     /// Brings photos to one sky; returns their factors.
     fn united(photos: &mut [DirectionPhoto]) -> Vec<SurroundingsFactors> {
-        let found = one_sky(&photos.iter().collect::<Vec<_>>(), None, &Task::silent()).unwrap();
+        let shared: Vec<Arc<DirectionPhoto>> = photos.iter().cloned().map(Arc::new).collect();
+        let found = one_sky(&shared, &Task::silent()).unwrap();
         for (photo, factors) in photos.iter_mut().zip(&found) {
             photo.multiply(factors);
         }
@@ -465,6 +453,6 @@ mod tests {
         for factors in united(&mut photos) {
             assert!(factors.cells.iter().flatten().all(|log| log.abs() < 0.02), "{:?}", factors.offset);
         }
-        assert!(one_sky(&[], None, &Task::silent()).unwrap().is_empty());
+        assert!(one_sky(&Vec::new(), &Task::silent()).unwrap().is_empty());
     }
 }

@@ -69,6 +69,17 @@ pub struct ProjectedModel {
 const EDGE_ON: f64 = 1e-12;
 
 impl ProjectedModel {
+    /// Returns the memory that it takes, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let lists = [
+            size_of_val(&self.items[..]),
+            size_of_val(&self.corners[..]),
+            size_of_val(&self.triangle_items[..]),
+            size_of_val(&self.absent[..]),
+        ];
+        lists.iter().sum::<usize>() as u64
+    }
+
     /// Builds the view of `model` (in world coordinates, as the camera sees it: [`Model::facing`]) from a photo's camera. All
     /// computations are in f64
     /// in the camera's frame; only their results are rounded to f32.

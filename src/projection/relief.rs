@@ -19,7 +19,7 @@ mod tests;
 
 pub use estimate::{estimate_faces, estimate_relief, relief_without, seen_faces};
 pub use options::ReliefOptions;
-pub use sweep_view::SweepView;
+pub use sweep_view::{SweepView, SweepViews};
 
 use glam::{DVec2, DVec3};
 

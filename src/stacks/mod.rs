@@ -5,7 +5,7 @@
 //! | `inputs`, `faces_to_keep`, `layer_names`, `untextured`, `unsatisfied`, `linked`, `far_backdrops`, `layer_table`, `layer_report` | what a stack is made of, and what it says |
 //! | `paint`, `depths`, `projected_paint`, `layer_pixels`, `layer_textures`, `origins` | the texels of layers with filling and paint |
 //! | `survey`, `assemble`, `sources` | stacks as the site has them |
-//! | `gains`, `relief`, `agreement`, `surroundings`, `dome_report` | estimates of the whole site, kept in `cache/` |
+//! | `shelf`, `gains`, `relief`, `agreement`, `surroundings`, `dome_report` | estimates of the whole site, kept in `cache/` |
 //! | `fill`, `turns`, `masks`, `status` | fillings, and masks that are found like them |
 //! | `decide`, `build`, `update`, `tiny_site` | what a user asks for |
 
@@ -31,6 +31,7 @@ pub mod origins;
 pub mod paint;
 pub mod projected_paint;
 pub mod relief;
+mod shelf;
 pub mod sources;
 pub mod status;
 pub mod surroundings;

@@ -1,6 +1,6 @@
 //! The relief of a project's faces, estimated once from its photos and then cached in `cache/`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -8,7 +8,9 @@ use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 use crate::inputs::hash_of_model;
+use crate::shelf::{Shelf, Shelved};
 use quadratura_base::error::{Error, Message, Result};
+use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_files::cached::{CachedKind, read_cached, write_cached};
@@ -16,7 +18,7 @@ use quadratura_io::unmasked::read_unmasked;
 use quadratura_projection::Projector;
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::{
-    Relief, ReliefOptions, SweepView, estimate_faces, relief_without, seen_faces,
+    Relief, ReliefOptions, SweepView, SweepViews, estimate_faces, relief_without, seen_faces,
 };
 use quadratura_sites::budget::Budget;
 use quadratura_sites::shared::Shared;
@@ -37,10 +39,12 @@ struct KeptRelief {
 /// The relief of a site, and of the site without some of the photos.
 pub struct SiteRelief {
     site: Site,
+    /// The project's folder.
+    folder: PathBuf,
     memory: u64,
     whole: Arc<Relief>,
     /// The photos prepared for the plane sweep, once they were needed.
-    sweep_views: Option<Vec<SweepView>>,
+    sweep_views: Option<PreparedViews>,
 }
 
 impl SiteRelief {
@@ -55,7 +59,8 @@ impl SiteRelief {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();
         let basis = &format!("{} {}", hash_of_model(&site.model), options.fingerprint());
-        let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), sweep_views: None };
+        let (site, folder_of) = (site.clone(), folder.to_owned());
+        let mut opened = Self { site, folder: folder_of, memory, whole: Arc::default(), sweep_views: None };
         let kept = || read_cached::<KeptRelief>(&file, CACHED, basis);
         let _lock = match Shared::find(folder, || kept().filter(|kept| kept.photos == photos), task)? {
             Shared::Known(kept) => {
@@ -91,26 +96,22 @@ impl SiteRelief {
         let found: Vec<Option<Vec<(FaceId, u32)>>> = photos.iter().map(|photo| known.remove(photo)).collect();
         // What is left was told by photos that are no longer as they were.
         known.values().for_each(|faces| concern(faces));
-        let mut needed: Vec<bool> = found.iter().map(Option::is_none).collect();
-        let mut views = self.prepared(|photo| needed[photo.index()], task)?;
-        let faces = found.into_iter().zip(&views).map(|(known, view)| {
+        let mut views = self.no_views();
+        let needed: Vec<bool> = found.iter().map(Option::is_none).collect();
+        self.prepare(&mut views, &needed, task)?;
+        let faces = found.into_iter().zip(&mut views.faces).map(|(known, prepared)| {
             known.unwrap_or_else(|| {
-                let faces = seen_faces(model, view);
-                concern(&faces);
-                faces
+                concern(prepared);
+                prepared.clone()
             })
         });
         let mut faces: Vec<Vec<(FaceId, u32)>> = faces.collect();
         let is_concerned = |faces: &[(FaceId, u32)]| faces.iter().any(|(face, _)| again[face.0 as usize]);
         let more: Vec<bool> =
             faces.iter().zip(&needed).map(|(faces, known)| !known && is_concerned(faces)).collect();
-        for (id, view) in self.site.photo_ids().zip(self.prepared(|photo| more[photo.index()], task)?) {
-            if more[id.index()] {
-                (views[id.index()], needed[id.index()]) = (view, true);
-            }
-        }
-        let unread: Vec<bool> =
-            views.iter().zip(needed).map(|(view, needed)| needed && !view.has_pixels()).collect();
+        self.prepare(&mut views, &more, task)?;
+        let unread = needed.iter().zip(&more).zip(&views.has_pixels);
+        let unread: Vec<bool> = unread.map(|((needed, more), has)| (*needed || *more) && !has).collect();
         faces.iter_mut().zip(&unread).filter(|(_, unread)| **unread).for_each(|(faces, _)| faces.clear());
         let is_whole = !unread.contains(&true);
         let relief = estimate_faces(&kept.relief, &again, model, &views, &faces, options, task)?;
@@ -132,40 +133,93 @@ impl SiteRelief {
         }
         let views = match self.sweep_views.take() {
             Some(views) => views,
-            None => self.prepared(|_| true, task)?,
+            None => {
+                let mut views = self.no_views();
+                self.prepare(&mut views, &vec![true; self.site.photos.len()], task)?;
+                views
+            }
         };
         let views = self.sweep_views.insert(views);
-        let options = ReliefOptions::default();
-        relief_without(&self.whole, photos, &self.site.model, views, &options, task).map(Arc::new)
+        let (model, options) = (&self.site.model, ReliefOptions::default());
+        relief_without(&self.whole, photos, model, views, &views.faces, &options, task).map(Arc::new)
     }
 
-    /// Prepares those photos for the plane sweep that are wanted; the others have no pixels.
-    fn prepared(&self, is_wanted: impl Fn(PhotoId) -> bool + Sync, task: &Task) -> Result<Vec<SweepView>> {
+    /// Returns the photos before any is prepared.
+    fn no_views(&self) -> PreparedViews {
+        let count = self.site.photos.len();
+        PreparedViews {
+            shelf: Shelf::new(count, self.memory / 2, &self.folder.join("cache")),
+            cameras: self.site.photos.iter().map(|photo| (photo.camera, photo.pose)).collect(),
+            has_pixels: vec![false; count],
+            faces: vec![Vec::new(); count],
+        }
+    }
+
+    /// Prepares those photos for the plane sweep that are wanted.
+    fn prepare(&self, views: &mut PreparedViews, is_wanted: &[bool], task: &Task) -> Result<()> {
         let surface = ModelSurface::from_model(&self.site.model);
         let budget = Budget::new(self.memory);
-        let sweep_view = |id: PhotoId| {
+        let shelf = &views.shelf;
+        let faces_of = |id: &PhotoId| {
             task.check_cancelled()?;
-            let photo = self.site.photo(id);
+            let photo = self.site.photo(*id);
             let Photo { name, camera, pose, .. } = photo;
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
-            if !is_wanted(id) {
-                return Ok(SweepView::blind(&projector));
-            }
             // Memory of a decoder and of the luminance image.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 12;
-            budget.with(bytes, || match read_unmasked(photo) {
-                Ok(pixels) => Ok(SweepView::new(&projector, &pixels, &surface)),
+            let read = || Ok(SweepView::new(&projector, &read_unmasked(photo)?, &surface));
+            match budget.with(bytes, read) {
+                Ok(view) => {
+                    let faces = seen_faces(&self.site.model, &view);
+                    shelf.put(id.index(), view)?;
+                    Ok(Some(faces))
+                }
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
                     let task = task.with_subject(name);
                     task.note("the photo is not used for the relief, because it cannot be read");
                     // Whatever builds the photo's stack fails with the reason.
                     task.detail(error.to_string());
-                    Ok(SweepView::blind(&projector))
+                    Ok(None)
                 }
-            })
+            }
         };
-        self.site.photo_ids().collect::<Vec<_>>().into_par_iter().map(sweep_view).collect()
+        let wanted: Vec<PhotoId> = self.site.photo_ids().filter(|id| is_wanted[id.index()]).collect();
+        let found: Vec<Option<Vec<(FaceId, u32)>>> =
+            wanted.par_iter().map(faces_of).collect::<Result<_>>()?;
+        for (id, faces) in wanted.into_iter().zip(found) {
+            if let Some(faces) = faces {
+                (views.has_pixels[id.index()], views.faces[id.index()]) = (true, faces);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Photos prepared for the plane sweep, in the site's order.
+struct PreparedViews {
+    shelf: Shelf<SweepView>,
+    cameras: Vec<(Pinhole, Pose)>,
+    /// Whether they are prepared: they were wanted, and can be read.
+    has_pixels: Vec<bool>,
+    /// The faces that they show, with the number of blocks.
+    faces: Vec<Vec<(FaceId, u32)>>,
+}
+
+impl Shelved for SweepView {
+    fn bytes(&self) -> u64 {
+        self.bytes()
+    }
+}
+
+impl SweepViews for PreparedViews {
+    fn camera(&self, number: usize) -> (&Pinhole, &Pose) {
+        let (camera, pose) = &self.cameras[number];
+        (camera, pose)
+    }
+
+    fn view(&self, number: usize) -> Result<Arc<SweepView>> {
+        Ok(self.shelf.get(number)?.expect("a photo that shows faces was prepared"))
     }
 }
 

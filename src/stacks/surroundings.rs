@@ -1,22 +1,25 @@
 //! What is known of a project's surroundings, estimated once and then cached in `cache/`: the dome, and how far
 //! photos confirm each other's surroundings.
 
+mod comparison;
 mod ground;
 
 use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use self::comparison::PhotosOnShelf;
 use self::ground::{GroundOfPhoto, ground_of_photos, mean_ground};
 use crate::far_backdrops::FarBackdrops;
 use crate::gains;
 use crate::inputs::hash_of_model;
 use crate::layer_textures::LayerTextureFiles;
+use crate::shelf::Shelf;
 use crate::sources::sources;
 use quadratura_base::error::{Error, Message, Result};
 use quadratura_base::geometry::Pinhole;
@@ -30,11 +33,8 @@ use quadratura_files::cached::{CachedKind, read_cached, write_cached};
 use quadratura_files::hash::hash_bytes;
 use quadratura_io::paint_store::PaintStore;
 use quadratura_io::stack_store::StackStore;
-use quadratura_layers::agreement::directions::{DirectionPhoto, direction_agreement, surroundings_agreement};
-use quadratura_layers::agreement::far_colours::FarColours;
-use quadratura_layers::agreement::thin::lower_thin;
+use quadratura_layers::agreement::directions::DirectionPhoto;
 use quadratura_layers::dome::{DomeContent, dome};
-use quadratura_layers::one_sky::one_sky;
 use quadratura_layers::sky_model::Daylight;
 use quadratura_projection::dome::Dome;
 use quadratura_projection::exposure::SurroundingsGains;
@@ -93,6 +93,8 @@ pub struct SurroundingsEvidence {
 /// The surroundings of a site, and of the site without some of its photos.
 pub struct SiteSurroundings {
     site: Site,
+    /// The project's folder.
+    folder: PathBuf,
     memory: u64,
     /// The photos' layers with the paint that is seen from everywhere, without fillings.
     files: LayerTextureFiles,
@@ -108,8 +110,8 @@ pub struct SiteSurroundings {
     stamp: String,
     /// What each photo shows of the ground, in the site's order.
     ground: Vec<GroundOfPhoto>,
-    /// The photos prepared for comparison, once they were needed; `None` for those without surroundings.
-    reduced: Option<Vec<Option<DirectionPhoto>>>,
+    /// The photos prepared for comparison, once they were needed; those without surroundings have none.
+    reduced: Option<Shelf<DirectionPhoto>>,
 }
 
 impl SiteSurroundings {
@@ -147,6 +149,7 @@ impl SiteSurroundings {
         let inputs = inputs(&files, &sources, site, gains, (mean_ground(&ground, &[], gains), &book));
         let mut found = Self {
             site: site.clone(),
+            folder: folder.to_owned(),
             memory,
             files,
             sources,
@@ -305,65 +308,46 @@ impl SiteSurroundings {
         SurroundingsEvidence { dome, agreement: agreement.into(), gains: gains.into() }
     }
 
-    /// Compares and blends the photos that are not left out.
+    /// Compares and blends the photos that are not left out. Each is read a few times, one after the other.
     fn compared(&mut self, left_out: &[PhotoId], gains: &Gains, task: &Task) -> Result<ComparedSurroundings> {
-        let mut photos = match self.reduced.take() {
-            Some(photos) => photos,
+        let shelf = match self.reduced.take() {
+            Some(shelf) => shelf,
             None => self.prepared(task)?,
         };
-        for (id, photo) in PhotoId::all(photos.len()).zip(&mut photos) {
-            if let Some(photo) = photo {
-                photo.set_exposure(gains.of_photo[id.index()], &gains.optics[id.index()]);
-            }
-        }
-        let mut factors = vec![None; photos.len()];
+        let taking_part = self.photos().filter(|id| !left_out.contains(id));
+        let photos = PhotosOnShelf { shelf: &shelf, ids: taking_part.collect() };
+        photos.change_all(|id, photo| {
+            photo.set_exposure(gains.of_photo[id.index()], &gains.optics[id.index()]);
+            photo.set_agreement(&[]);
+        })?;
+        let mut factors = vec![None; self.site.photos.len()];
         // Photos are compared under one sky, and what they then confirm of each other tells more of it.
-        unite(&mut photos, left_out, &mut factors, None, task)?;
-        let compared = taking_part(&photos, left_out);
-        let mut agreement = vec![PhotoAgreement::default(); photos.len()];
-        let blended: Vec<&DirectionPhoto> = compared.iter().map(|(_, photo)| *photo).collect();
-        let colours = FarColours::new(&blended);
-        let mut values = Vec::with_capacity(compared.len());
-        let count = compared.len() as u64;
-        for (done, (id, tested)) in (0..).zip(&compared) {
-            task.step("compare surroundings", done, count)?;
-            let others = compared.iter().filter(|(other, _)| other != id);
-            let groups = &gains.light.groups;
-            let same_light = |other: PhotoId| groups.of(other) == groups.of(*id);
-            let others: Vec<(&DirectionPhoto, bool)> =
-                others.map(|(other, photo)| (*photo, same_light(*other))).collect();
-            let scale = self.sources.surroundings_scale;
-            let mut of_photo = direction_agreement(tested, &others, scale, task)?;
-            if let Some(colours) = &colours {
-                colours.lower_standing(&mut of_photo, tested, &others, scale);
-            }
-            let others: Vec<&DirectionPhoto> = others.iter().map(|(photo, _)| *photo).collect();
-            lower_thin(&mut of_photo, tested, &others, scale);
-            agreement[id.index()] = surroundings_agreement(tested, &of_photo);
-            values.push(tested.of_shown(&of_photo));
-        }
-        task.step("compare surroundings", count, count)?;
-        unite(&mut photos, left_out, &mut factors, Some(&values), task)?;
-        let blended: Vec<&DirectionPhoto> =
-            taking_part(&photos, left_out).into_iter().map(|(_, photo)| photo).collect();
+        photos.unite(&mut factors, task)?;
+        let scale = self.sources.surroundings_scale;
+        let agreement = photos.compare(&self.site, &gains.light.groups, scale, task)?;
+        photos.unite(&mut factors, task)?;
         let ground = mean_ground(&self.ground, left_out, gains);
-        let content = DomeContent { photos: &blended, agreement: &values, ground, up: up(&self.site.photos) };
+        let content = DomeContent { photos: &photos, ground, up: up(&self.site.photos) };
         let dome = task.timed("blend surroundings", || dome(&content, self.side() as usize, task))?;
-        self.reduced = Some(photos);
+        drop(photos);
+        self.reduced = Some(shelf);
         Ok(ComparedSurroundings { agreement, factors, dome })
     }
 
     /// Reads and reduces the surroundings of all photos.
-    fn prepared(&self, task: &Task) -> Result<Vec<Option<DirectionPhoto>>> {
+    fn prepared(&self, task: &Task) -> Result<Shelf<DirectionPhoto>> {
         let budget = Budget::new(self.memory);
+        let shelf = Shelf::new(self.site.photos.len(), self.memory / 2, &self.folder.join("cache"));
         let prepare = |id: PhotoId| {
             task.check_cancelled()?;
             let camera = &self.site.photo(id).camera;
             // The decoded layer, which may be twice as large as the photo along both sides.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 8;
-            budget.with(bytes, || self.reduced_photo(id, task))
+            let reduced = budget.with(bytes, || self.reduced_photo(id, task))?;
+            reduced.map_or(Ok(()), |photo| shelf.put(id.index(), photo))
         };
-        self.site.photo_ids().collect::<Vec<_>>().into_par_iter().map(prepare).collect()
+        self.site.photo_ids().collect::<Vec<_>>().into_par_iter().try_for_each(prepare)?;
+        Ok(shelf)
     }
 
     fn reduced_photo(&self, id: PhotoId, task: &Task) -> Result<Option<DirectionPhoto>> {
@@ -402,36 +386,6 @@ impl SiteSurroundings {
         };
         Ok(Some(DirectionPhoto::new(camera, photo.pose, sums.into_iter().map(light).collect())))
     }
-}
-
-/// Returns the photos that show surroundings and are not left out.
-fn taking_part<'a>(
-    photos: &'a [Option<DirectionPhoto>],
-    left_out: &[PhotoId],
-) -> Vec<(PhotoId, &'a DirectionPhoto)> {
-    let numbered = PhotoId::all(photos.len()).zip(photos).filter(|(id, _)| !left_out.contains(id));
-    numbered.filter_map(|(id, photo)| Some((id, photo.as_ref()?))).collect()
-}
-
-/// Brings the photos that are not left out nearer to one sky, and adds what that takes to their factors. `agreement` is that of
-/// each pixel that shows surroundings, of the photos that are not left out; `None` where nothing was compared yet.
-fn unite(
-    photos: &mut [Option<DirectionPhoto>],
-    left_out: &[PhotoId],
-    factors: &mut [Option<SurroundingsFactors>],
-    agreement: Option<&[Vec<f32>]>,
-    task: &Task,
-) -> Result<()> {
-    let (ids, taking_part): (Vec<PhotoId>, Vec<&DirectionPhoto>) =
-        taking_part(photos, left_out).into_iter().unzip();
-    let found = task.timed("one sky", || one_sky(&taking_part, agreement, task))?;
-    for (id, found) in ids.into_iter().zip(found) {
-        let of_photo = &mut factors[id.index()];
-        let photo = photos[id.index()].as_mut().expect("it takes part");
-        photo.multiply(&found);
-        *of_photo = Some(of_photo.take().map_or(found.clone(), |before| before.times(&found)));
-    }
-    Ok(())
 }
 
 /// Returns the camera of a reduced photo, and how many pixels along both sides one of its pixels stands for.

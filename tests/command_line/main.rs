@@ -12,6 +12,7 @@ mod faults;
 mod filling;
 mod handover;
 mod impostors;
+mod large_site;
 mod ldi;
 mod ldi_shown;
 mod masks;

@@ -6,7 +6,7 @@ use super::PixelRect;
 
 /// A pinhole camera without distortion. Units are pixels; pixel (0, 0) is the top-left one and its centre is (0.5,
 /// 0.5), which is COLMAP's convention; x points right, y down, z forward.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pinhole {
     /// The photo's width in pixels.
     pub width: u32,
@@ -51,7 +51,7 @@ impl Pinhole {
 }
 
 /// A camera pose as world to camera: `point_in_camera = rotation * point_in_world + translation`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pose {
     /// The rotation R, orthonormal with determinant 1.
     pub rotation: DMat3,

@@ -2,8 +2,11 @@
 //! compared rather than a surface point. What is near, such as the outline of a roof that the model lacks, lies in
 //! another direction in every photo: there the other photos, which show the sky, outvote it.
 
+use std::sync::{Arc, OnceLock};
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::shown::ShownPixels;
 use super::tints::TintLevels;
@@ -30,6 +33,7 @@ const SMOOTHING: i32 = 2;
 pub(super) const AFAR: f64 = 0.25;
 
 /// The surroundings that a reduced photo shows.
+#[derive(Clone, Serialize, Deserialize)]
 pub struct DirectionPhoto {
     /// The reduced photo's camera.
     pub camera: Pinhole,
@@ -43,7 +47,37 @@ pub struct DirectionPhoto {
     exposed: Vec<[f32; 3]>,
     /// The distance from what is not surroundings, in reduced pixels; the edge of the photo is none.
     inside_px: Vec<u16>,
-    tints: TintLevels,
+    /// How far others confirm them, 0 to 1; empty as long as nothing was compared, which counts as 1.
+    agreement: Vec<f32>,
+    /// The colours in the present exposure, prepared for comparison, once they were needed.
+    #[serde(skip)]
+    tints: OnceLock<TintLevels>,
+}
+
+/// The bytes of a pixel that shows surroundings: its light twice, its distance from others, its agreement, and its colours with
+/// their levels.
+const SHOWN_BYTES: u64 = 12 + 12 + 2 + 4 + 24;
+
+/// Photos prepared for comparison, which may be elsewhere than in memory until they are asked for.
+pub trait DirectionPhotos: Sync {
+    /// Returns the number of photos.
+    fn count(&self) -> usize;
+
+    /// Returns one of them.
+    ///
+    /// # Errors
+    /// Those of reading it back.
+    fn photo(&self, number: usize) -> Result<Arc<DirectionPhoto>>;
+}
+
+impl DirectionPhotos for Vec<Arc<DirectionPhoto>> {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn photo(&self, number: usize) -> Result<Arc<DirectionPhoto>> {
+        Ok(self[number].clone())
+    }
 }
 
 impl DirectionPhoto {
@@ -55,8 +89,13 @@ impl DirectionPhoto {
         let steps = steps_inside(&is_shown, size);
         let inside_px = shown.iter().map(|at| steps[at]).collect();
         let kept: Vec<[f32; 3]> = light.iter().flatten().copied().collect();
-        let tints = TintLevels::new(size, light);
-        Self { camera, pose, shown, exposed: kept.clone(), light: kept, inside_px, tints }
+        let (agreement, tints) = (Vec::new(), OnceLock::new());
+        Self { camera, pose, shown, exposed: kept.clone(), light: kept, inside_px, agreement, tints }
+    }
+
+    /// Returns the memory that it takes, in bytes, once its colours are prepared for comparison.
+    pub fn bytes(&self) -> u64 {
+        self.light.len() as u64 * SHOWN_BYTES + self.pixels() as u64
     }
 
     /// Brings the photo to the common exposure: `gain` is its own relative to that (natural logarithms).
@@ -67,7 +106,7 @@ impl DirectionPhoto {
         };
         let places: Vec<usize> = self.shown.iter().collect();
         self.exposed = places.into_par_iter().zip(&self.light).map(exposed).collect();
-        self.tint_anew();
+        self.tints.take();
     }
 
     /// Multiplies the light in the common exposure by slowly varying factors.
@@ -78,13 +117,35 @@ impl DirectionPhoto {
             let log = factors.at(&camera, centre(width, at));
             *light = [0, 1, 2].map(|c| light[c] * log[c].exp());
         });
-        self.tint_anew();
+        self.tints.take();
     }
 
-    /// Prepares the colours for comparison in the present exposure.
-    fn tint_anew(&mut self) {
+    /// Keeps how far others confirm the pixels that show surroundings, from the values of all pixels, row by row; of no pixel for
+    /// photos that were not compared.
+    pub fn set_agreement(&mut self, values: &[f32]) {
+        self.agreement = match values.is_empty() {
+            true => Vec::new(),
+            false => self.shown.iter().map(|at| values[at]).collect(),
+        };
+    }
+
+    /// Returns how far others confirm each pixel, row by row; 1 where it shows no surroundings.
+    pub fn agreement_of_pixels(&self) -> Vec<f32> {
+        let mut values = vec![1.0; self.pixels()];
+        self.shown.iter().zip(&self.agreement).for_each(|(at, value)| values[at] = *value);
+        values
+    }
+
+    /// Returns how far others confirm the pixel at a place among those that show surroundings.
+    pub fn agreement(&self, place: usize) -> f32 {
+        self.agreement.get(place).copied().unwrap_or(1.0)
+    }
+
+    /// Returns the colours in the present exposure, prepared for comparison.
+    pub(super) fn tints(&self) -> &TintLevels {
         let size = [self.camera.width as usize, self.camera.height as usize];
-        self.tints = TintLevels::new(size, (0..self.pixels()).map(|at| self.exposed(at)).collect());
+        let light = || (0..self.pixels()).map(|at| self.exposed(at)).collect();
+        self.tints.get_or_init(|| TintLevels::new(size, light()))
     }
 
     /// Returns the number of pixels, those that show no surroundings included.
@@ -95,11 +156,6 @@ impl DirectionPhoto {
     /// Returns the place of a pixel among those that show surroundings; `None` where it shows none.
     pub fn place(&self, at: usize) -> Option<usize> {
         self.shown.place(at)
-    }
-
-    /// Returns the values of the pixels that show surroundings, from those of all pixels, row by row.
-    pub fn of_shown(&self, values: &[f32]) -> Vec<f32> {
-        self.shown.iter().map(|at| values[at]).collect()
     }
 
     /// Returns a pixel's linear light (full range 1) in the common exposure; `None` where it shows no surroundings.
@@ -132,16 +188,16 @@ impl DirectionPhoto {
 
     /// Returns the distance of a pixel's colour, as a natural logarithm, from those around another one.
     pub(super) fn distance(&self, at: usize, other: usize) -> f32 {
-        self.tints.distance(self.tints.tint(self.centre(at), 0), self.centre(other), 0)
+        self.tints().distance(self.tints().tint(self.centre(at), 0), self.centre(other), 0)
     }
 
     /// Returns the direction (world) of a pixel's centre.
-    pub(super) fn direction(&self, at: usize) -> DVec3 {
+    fn direction(&self, at: usize) -> DVec3 {
         self.pose.rotation.transpose() * self.camera.ray_in_camera(self.centre(at))
     }
 
     /// Returns the centre of a pixel.
-    fn centre(&self, at: usize) -> DVec2 {
+    pub(super) fn centre(&self, at: usize) -> DVec2 {
         centre(self.camera.width as usize, at)
     }
 }
@@ -209,25 +265,6 @@ fn polled(tested: &DirectionPhoto, at: usize, others: &[(&DirectionPhoto, bool, 
     Votes { own: agreeing, against, distance: 0.0, expected: None }.agreement()
 }
 
-/// Returns whether a photo from elsewhere shows the same as `tested` in the direction of a pixel. `others` and `scale` are
-/// those of [`direction_agreement`]; photos from nearby confirm nothing, since what is near shifts too little between them.
-pub(super) fn confirmed_from_afar(
-    tested: &DirectionPhoto,
-    at: usize,
-    others: &[(&DirectionPhoto, bool)],
-    scale: f64,
-) -> bool {
-    let (here, direction) = (tested.pose.center_in_world(), tested.direction(at));
-    let own = Voter::new(tested, tested.centre(at), direction);
-    others.iter().any(|(other, _)| {
-        let px = other.position(direction).filter(|px| other.exposed(other.index(*px)).is_some());
-        px.is_some_and(|px| {
-            other.pose.center_in_world().distance(here) >= AFAR * scale
-                && agrees(own.distance(&Voter::new(other, px, direction))) > 0.5
-        })
-    })
-}
-
 /// What a photo shows in a direction.
 #[derive(Clone, Copy)]
 struct Voter<'a> {
@@ -239,8 +276,7 @@ struct Voter<'a> {
 
 impl<'a> Voter<'a> {
     fn new(photo: &'a DirectionPhoto, px: DVec2, direction: DVec3) -> Self {
-        let detail = pixels_per_angle(&photo.camera, photo.pose.rotation * direction).log2();
-        Self { photo, px, detail }
+        Self { photo, px, detail: detail(&photo.camera, &photo.pose, direction) }
     }
 
     /// Returns the distance of this photo's colour from those of another around the direction, at the coarser of
@@ -248,8 +284,13 @@ impl<'a> Voter<'a> {
     fn distance(&self, other: &Voter) -> f32 {
         let finer = (self.detail - other.detail).round();
         let (own, others) = (finer.max(0.0) as usize, (-finer).max(0.0) as usize);
-        other.photo.tints.distance(self.photo.tints.tint(self.px, own), other.px, others)
+        other.photo.tints().distance(self.photo.tints().tint(self.px, own), other.px, others)
     }
+}
+
+/// Returns the reduced pixels per radian in a direction (world), as a logarithm to base 2.
+pub(super) fn detail(camera: &Pinhole, pose: &Pose, direction: DVec3) -> f64 {
+    pixels_per_angle(camera, pose.rotation * direction).log2()
 }
 
 /// Returns the mean over the neighbourhood in the surroundings: single pixels are noise.

@@ -5,8 +5,9 @@
 
 use rayon::prelude::*;
 
-use super::connected::{around, connected};
-use super::directions::{DirectionPhoto, confirmed_from_afar};
+use super::connected::connected;
+use super::directions::{DirectionPhoto, DirectionPhotos};
+use quadratura_base::error::Result;
 
 /// The distance from outlines from which on surroundings are far from them, as a share of the longer side.
 const FAR: f64 = 0.04;
@@ -69,27 +70,30 @@ pub struct FarColours {
 impl FarColours {
     /// Counts the colours of photos in the common exposure; `None` where too few pixels are far from outlines. Each photo
     /// counts the same.
-    pub fn new(photos: &[&DirectionPhoto]) -> Option<Self> {
-        let of_photo = |photo: &&DirectionPhoto| {
-            let far = (FAR * f64::from(photo.camera.width.max(photo.camera.height))) as u16;
-            let pixels = (0..photo.pixels()).filter(|at| photo.inside_px(*at) > far);
-            pixels.filter_map(|at| photo.exposed(at).map(cell)).collect::<Vec<usize>>()
-        };
-        let far: Vec<Vec<usize>> =
-            photos.par_iter().map(of_photo).filter(|cells| !cells.is_empty()).collect();
-        if far.iter().map(Vec::len).sum::<usize>() < LEAST_FAR {
-            return None;
+    ///
+    /// # Errors
+    /// Those of reading photos back.
+    pub fn new(photos: &dyn DirectionPhotos) -> Result<Option<Self>> {
+        let numbers = (0..photos.count()).into_par_iter();
+        let counts = numbers.map(|number| Ok(far_pixels(&*photos.photo(number)?).count()));
+        let counts: Vec<usize> = counts.collect::<Result<_>>()?;
+        if counts.iter().sum::<usize>() < LEAST_FAR {
+            return Ok(None);
         }
+        let with_any = counts.iter().filter(|count| **count > 0).count();
         let mut shares = vec![0.0; CELLS.iter().product()];
-        for cells in &far {
-            let share = 1.0 / (cells.len() as f32 * far.len() as f32);
-            cells.iter().for_each(|cell| shares[*cell] += share);
+        for (number, count) in counts.into_iter().enumerate().filter(|(_, count)| *count > 0) {
+            let photo = photos.photo(number)?;
+            let share = 1.0 / (count as f32 * with_any as f32);
+            let far: Vec<usize> = far_pixels(&photo).collect();
+            let cells = far.into_par_iter().filter_map(|at| photo.exposed(at).map(cell));
+            cells.collect::<Vec<usize>>().into_iter().for_each(|cell| shares[cell] += share);
         }
         let strides = [CELLS[1] * CELLS[2], CELLS[2], 1];
         for (stride, count) in strides.into_iter().zip(CELLS) {
             shares = blurred(&blurred(&shares, stride, count), stride, count);
         }
-        Some(Self { shares })
+        Ok(Some(Self { shares }))
     }
 
     /// Returns whether a colour is one of those that photos show far from outlines.
@@ -97,54 +101,47 @@ impl FarColours {
         self.shares[cell(light)] >= LEAST_SHARE
     }
 
-    /// Lowers the agreement (row by row) of what stands on the outlines in a photo: pixels of unknown colours, and rims of other colours
-    /// than the photo shows beyond them. It stays where photos from elsewhere show the same in the same directions: then it is far
-    /// away. `others` and `scale` are those of [`super::directions::direction_agreement`].
-    pub fn lower_standing(
-        &self,
-        values: &mut [f32],
-        photo: &DirectionPhoto,
-        others: &[(&DirectionPhoto, bool)],
-        scale: f64,
-    ) {
+    /// Returns what may stand on the outlines in a photo, as the indices of the pixels of things: things of unknown colours, and rims
+    /// of other colours than the photo shows beyond them. Both are apart from each other, so that no rim joins a cross with a far
+    /// tower behind the same roof.
+    pub(super) fn standing_things(&self, photo: &DirectionPhoto) -> [Vec<Vec<usize>>; 2] {
+        let size = [photo.camera.width as usize, photo.camera.height as usize];
         let is_unknown = |at: usize| photo.exposed(at).is_some_and(|light| !self.contains(light));
-        let unknown: Vec<bool> = (0..photo.pixels()).into_par_iter().map(is_unknown).collect();
         let is_stray = |at: usize| photo.exposed(at).is_some() && strays(photo, at);
+        let unknown: Vec<bool> = (0..photo.pixels()).into_par_iter().map(is_unknown).collect();
         let stray: Vec<bool> = (0..photo.pixels()).into_par_iter().map(is_stray).collect();
-        // Apart from each other, so that no rim joins a cross with a far tower behind the same roof.
-        for other in [unknown, stray] {
-            lower_things(values, photo, &other, others, scale);
-        }
+        [unknown, stray].map(|other| {
+            let mut things = connected(&other, size, 1);
+            things.retain(|thing| stands(photo, thing) || is_small(photo, thing));
+            things
+        })
     }
 }
 
-/// Lowers the agreement of the things of some pixels, `other`, that stand on outlines; see [`FarColours::lower_standing`].
-fn lower_things(
-    values: &mut [f32],
-    photo: &DirectionPhoto,
-    other: &[bool],
-    others: &[(&DirectionPhoto, bool)],
-    scale: f64,
-) {
-    let size = [photo.camera.width as usize, photo.camera.height as usize];
-    for thing in connected(other, size, 1) {
-        // A vane's pole is too thin to be seen: what stands on it seems to float.
-        let stands = thing.iter().any(|at| photo.inside_px(*at) <= TOUCHES_PX);
-        let mean = thing.iter().map(|at| values[*at]).sum::<f32>() / thing.len() as f32;
-        let floats = mean < CONTRADICTED && thing.len() as f32 <= LARGEST_FLOATING * other.len() as f32;
-        if !stands && !floats {
-            continue;
-        }
-        let is_confirmed = |at: &&usize| confirmed_from_afar(photo, **at, others, scale);
-        let confirmed = thing.par_iter().filter(is_confirmed).count();
-        if confirmed as f32 <= CONFIRMED * thing.len() as f32 {
-            for at in thing.iter().flat_map(|at| around(size, *at, EDGE_PX)) {
-                if photo.exposed(at).is_some() {
-                    values[at] = values[at].min(STANDING);
-                }
-            }
-        }
-    }
+/// Returns the indices of the pixels of a photo that show surroundings far from all outlines.
+fn far_pixels(photo: &DirectionPhoto) -> impl Iterator<Item = usize> {
+    let far = (FAR * f64::from(photo.camera.width.max(photo.camera.height))) as u16;
+    (0..photo.pixels()).filter(move |at| photo.inside_px(*at) > far)
+}
+
+/// Returns whether a thing with this agreement (of all pixels, row by row) stands on an outline, or seems to float above one.
+pub(super) fn is_suspected(photo: &DirectionPhoto, thing: &[usize], values: &[f32]) -> bool {
+    // A vane's pole is too thin to be seen: what stands on it seems to float.
+    let mean = thing.iter().map(|at| values[*at]).sum::<f32>() / thing.len() as f32;
+    stands(photo, thing) || (mean < CONTRADICTED && is_small(photo, thing))
+}
+
+fn stands(photo: &DirectionPhoto, thing: &[usize]) -> bool {
+    thing.iter().any(|at| photo.inside_px(*at) <= TOUCHES_PX)
+}
+
+fn is_small(photo: &DirectionPhoto, thing: &[usize]) -> bool {
+    thing.len() as f32 <= LARGEST_FLOATING * photo.pixels() as f32
+}
+
+/// Returns whether so many confirmed pixels of a thing are too few for it to be far away.
+pub(super) fn is_near(confirmed: usize, pixels: usize) -> bool {
+    confirmed as f32 <= CONFIRMED * pixels as f32
 }
 
 /// Returns whether a pixel beside an outline shows none of the colours that the photo shows around it beyond the band along
@@ -194,8 +191,10 @@ fn blurred(values: &[f32], stride: usize, count: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::agreement::suspects::Suspects;
     use glam::{DMat3, DVec3};
     use quadratura_base::geometry::{Pinhole, Pose};
+    use std::sync::Arc;
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 120, fx: 150.0, fy: 150.0, cx: 100.0, cy: 60.0 };
     const SKY: [f32; 3] = [0.3, 0.4, 0.6];
@@ -221,11 +220,12 @@ mod tests {
 
     /// The agreement of pixels at columns and rows of the first photo.
     fn lowered(photos: &[DirectionPhoto], scale: f64) -> impl Fn(usize, usize) -> f32 + use<> {
-        let all: Vec<&DirectionPhoto> = photos.iter().collect();
-        let others: Vec<(&DirectionPhoto, bool)> = all[1..].iter().map(|photo| (*photo, true)).collect();
+        let all: Vec<Arc<DirectionPhoto>> = photos.iter().cloned().map(Arc::new).collect();
         let mut values = vec![1.0; photos[0].pixels()];
-        let far = FarColours::new(&all).expect("most of the sky is far from the outline");
-        far.lower_standing(&mut values, &photos[0], &others, scale);
+        let far = FarColours::new(&all).unwrap().expect("most of the sky is far from the outline");
+        let mut suspects = Suspects::standing(&photos[0], &far);
+        photos[1..].iter().for_each(|other| suspects.ask(other, scale));
+        suspects.lower(&photos[0], &mut values);
         move |x, y| values[200 * y + x]
     }
 
@@ -293,6 +293,7 @@ mod tests {
         assert_eq!(value(62, 76), 1.0, "stone is in the sky, too");
         let small = (0..200 * 120).map(|at| (at < 200 * 4).then_some(SKY)).collect();
         let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
-        assert!(FarColours::new(&[&DirectionPhoto::new(CAMERA, pose, small)]).is_none());
+        let small = Arc::new(DirectionPhoto::new(CAMERA, pose, small));
+        assert!(FarColours::new(&vec![small]).unwrap().is_none());
     }
 }

@@ -4,7 +4,7 @@
 const WORD: usize = 64;
 
 /// The pixels of a reduced photo that show something, row by row.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub struct ShownPixels {
     /// One bit for each pixel.
     words: Vec<u64>,

@@ -3,11 +3,11 @@
 //! What tells them is that they differ from the sky on both sides of them, and that nobody else shows such a thing in the same
 //! direction.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::connected::{around, connected};
-use super::directions::{AFAR, DirectionPhoto};
-use super::far_colours::{EDGE_PX, STANDING};
+use super::directions::DirectionPhoto;
 
 /// The distance at which the sky beside a pixel is looked at, in reduced pixels: things are thinner.
 const BESIDE_PX: i32 = 8;
@@ -34,35 +34,23 @@ const CONFIRMED: f32 = 0.5;
 /// The least light that enters a logarithm.
 const BLACK: f32 = 0.004;
 
-/// Lowers the agreement (row by row) of thin things in a photo's surroundings. `others` are the other photos, and `scale` the
-/// distance between cameras from which they see other surroundings.
-pub fn lower_thin(values: &mut [f32], photo: &DirectionPhoto, others: &[&DirectionPhoto], scale: f64) {
-    let here = photo.pose.center_in_world();
-    let is_afar = |other: &&&DirectionPhoto| other.pose.center_in_world().distance(here) >= AFAR * scale;
-    let afar: Vec<&DirectionPhoto> = others.iter().filter(is_afar).copied().collect();
-    // Where nobody could confirm a thing, nothing is known of it.
-    if afar.is_empty() {
-        return;
-    }
+/// Returns the thin things in a photo's surroundings, as the indices of their pixels. They are near unless others confirm them.
+pub(super) fn thin_things(photo: &DirectionPhoto) -> Vec<Vec<usize>> {
     let size = [photo.camera.width as usize, photo.camera.height as usize];
     let differs: Vec<bool> =
-        (0..values.len()).into_par_iter().map(|at| difference(photo, at) > DIFFERS).collect();
+        (0..photo.pixels()).into_par_iter().map(|at| difference(photo, at) > DIFFERS).collect();
     let near = (NEAR * size[0].max(size[1]) as f32) as u16;
-    let is_near = |thing: &Vec<usize>| {
+    let mut things = connected(&differs, size, AROUND_PX);
+    things.retain(|thing| {
         let is_small = thing.len() as f32 <= LARGEST * differs.len() as f32;
-        let rises = thing.iter().any(|at| photo.inside_px(*at) <= near);
-        let is_confirmed = |at: &&usize| afar.iter().any(|other| confirms(other, photo, **at));
-        is_small
-            && rises
-            && (thing.iter().filter(is_confirmed).count() as f32) < CONFIRMED * thing.len() as f32
-    };
-    for thing in connected(&differs, size, AROUND_PX).iter().filter(|thing| is_near(thing)) {
-        for at in thing.iter().flat_map(|at| around(size, *at, EDGE_PX)) {
-            if photo.exposed(at).is_some() {
-                values[at] = values[at].min(STANDING);
-            }
-        }
-    }
+        is_small && thing.iter().any(|at| photo.inside_px(*at) <= near)
+    });
+    things
+}
+
+/// Returns whether so many confirmed pixels of a thing are too few for it to be far away.
+pub(super) fn is_near(confirmed: usize, pixels: usize) -> bool {
+    (confirmed as f32) < CONFIRMED * pixels as f32
 }
 
 /// Returns by how much a pixel differs from the sky beside it, as a natural logarithm; 0 where too little of that is shown.
@@ -88,18 +76,20 @@ fn brightness(light: [f32; 3]) -> f32 {
     (light.iter().sum::<f32>() / 3.0).max(BLACK).ln()
 }
 
-/// Returns whether another photo shows something that differs from the sky in the direction of a pixel.
-fn confirms(other: &DirectionPhoto, photo: &DirectionPhoto, at: usize) -> bool {
-    let Some(px) = other.position(photo.direction(at)) else { return false };
+/// Returns whether a photo shows something that differs from the sky in a direction (world).
+pub(super) fn shows_something(other: &DirectionPhoto, direction: DVec3) -> bool {
+    let Some(px) = other.position(direction) else { return false };
     let size = [other.camera.width as usize, other.camera.height as usize];
     around(size, other.index(px), AROUND_PX).any(|at| difference(other, at) > CONFIRMS * DIFFERS)
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::{DMat3, DVec3};
+    use glam::DMat3;
 
     use super::*;
+    use crate::agreement::far_colours::STANDING;
+    use crate::agreement::suspects::Suspects;
     use quadratura_base::geometry::{Pinhole, Pose};
 
     const CAMERA: Pinhole = Pinhole { width: 200, height: 120, fx: 150.0, fy: 150.0, cx: 100.0, cy: 60.0 };
@@ -118,7 +108,9 @@ mod tests {
     fn lowered(pole: usize, other: &DirectionPhoto) -> Vec<f32> {
         let tested = photo(0.0, pole);
         let mut values = vec![1.0; tested.pixels()];
-        lower_thin(&mut values, &tested, &[other], 1.0);
+        let mut suspects = Suspects::find(&tested, None);
+        suspects.ask(other, 1.0);
+        suspects.lower(&tested, &mut values);
         values
     }
 

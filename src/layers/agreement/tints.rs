@@ -22,16 +22,18 @@ const NONE: i16 = i16::MIN;
 const REACH: usize = 2;
 
 /// The number of levels: photos up to sixteen times as far away are compared.
-const LEVELS: usize = 5;
+pub(super) const LEVELS: usize = 5;
 
 /// A colour prepared for comparison: the logarithm of the brightness, and those of red and of blue over green, each
 /// weighted, in 2048ths.
 pub type Tint = [i16; 3];
 
 /// The levels of detail of a photo, each half the last.
+#[derive(Clone)]
 pub struct TintLevels(Vec<TintLevel>);
 
 /// One level of detail.
+#[derive(Clone)]
 struct TintLevel {
     size: [usize; 2],
     /// The pixels within whose reach something is shown; what follows is kept of these alone.

@@ -311,7 +311,8 @@ impl Donor {
     /// Returns the memory that the donor uses, in bytes.
     pub fn bytes(&self) -> u64 {
         let levels: u64 = self.levels.iter().map(|level| 3 * level.pixels().len() as u64).sum();
-        4 * self.owners.len() as u64 + levels + self.paint.values().map(Paint::bytes).sum::<u64>()
+        let model = self.view.bytes() + (size_of_val(&self.planes[..]) + 4 * self.item_of.len()) as u64;
+        4 * self.owners.len() as u64 + levels + model + self.paint.values().map(Paint::bytes).sum::<u64>()
     }
 }
 

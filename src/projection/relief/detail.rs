@@ -10,7 +10,7 @@ use quadratura_base::scene::{PhotoPixels, Samples};
 /// An image of luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. This removes
 /// exposure, vignetting and haze, which change slowly over a photo, and differences of contrast between
 /// photos.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Detail {
     /// In units of 1/40; [`NOTHING`] where the photo is not valid.
     values: Image<i8>,
@@ -52,6 +52,11 @@ impl Detail {
         let [a, b, c, d] = [a, b, c, d].map(f32::from);
         let (upper, lower) = (a + (b - a) * sx, c + (d - c) * sx);
         Some((upper + (lower - upper) * sy) / STEPS)
+    }
+
+    /// Returns the memory that it takes, in bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        self.values.pixels().len() as u64
     }
 
     fn from_luminance(image: &Luminance) -> Self {

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::median_of_nine;
-use super::sweep::{disagreement, views_of_face};
-use super::sweep_view::SweepView;
+use super::sweep::{FaceView, disagreement, views_of_face};
+use super::sweep_view::{SweepView, SweepViews};
 use super::{FaceRelief, Relief};
 use quadratura_base::error::Result;
 use quadratura_base::scene::{FaceId, Model, PhotoId};
@@ -22,36 +22,37 @@ const LARGE: usize = 1 << 15;
 /// corner.
 pub(super) const LEAST_BLOCKS: u32 = 8;
 
-/// Estimates the relief of all faces from photos, `sweep_views[i]` being that of photo i. Billboards and faces that
+/// Estimates the relief of all faces from photos, which show these `faces` ([`seen_faces`]). Billboards and faces that
 /// fewer than two photos show have none. The result does not depend on the number of threads.
 ///
 /// # Errors
-/// [`quadratura_base::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`], and those of reading photos back.
 pub fn estimate_relief(
     model: &Model,
-    sweep_views: &[SweepView],
+    sweep_views: &dyn SweepViews,
+    faces: &[Vec<(FaceId, u32)>],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
-    let faces: Vec<_> = sweep_views.iter().map(|view| seen_faces(model, view)).collect();
     let again = vec![true; model.faces.len()];
-    estimate_faces(&Relief::default(), &again, model, sweep_views, &faces, options, task)
+    estimate_faces(&Relief::default(), &again, model, sweep_views, faces, options, task)
 }
 
-/// Estimates the relief without certain photos, starting from the relief of all: only faces that the photos
-/// show are estimated again. It serves to predict photos that did not take part.
+/// Estimates the relief without certain photos, starting from the relief of all, which show these `faces` ([`seen_faces`]): only
+/// faces that the photos show are estimated again. It serves to predict photos that did not take part.
 ///
 /// # Errors
-/// [`quadratura_base::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`], and those of reading photos back.
 pub fn relief_without(
     relief: &Relief,
     photos: &[PhotoId],
     model: &Model,
-    sweep_views: &[SweepView],
+    sweep_views: &dyn SweepViews,
+    faces: &[Vec<(FaceId, u32)>],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
-    let mut faces: Vec<_> = sweep_views.iter().map(|view| seen_faces(model, view)).collect();
+    let mut faces = faces.to_vec();
     let left_out = photos.iter().map(|photo| std::mem::take(&mut faces[photo.index()]));
     let mut again = vec![false; model.faces.len()];
     left_out.flatten().for_each(|(face, _)| again[face.0 as usize] = true);
@@ -62,12 +63,12 @@ pub fn relief_without(
 /// that each photo shows ([`seen_faces`]); photos that show none of the former need no pixels.
 ///
 /// # Errors
-/// [`quadratura_base::Error::Cancelled`].
+/// [`quadratura_base::Error::Cancelled`], and those of reading photos back.
 pub fn estimate_faces(
     relief: &Relief,
     again: &[bool],
     model: &Model,
-    sweep_views: &[SweepView],
+    sweep_views: &dyn SweepViews,
     faces: &[Vec<(FaceId, u32)>],
     options: &ReliefOptions,
     task: &Task,
@@ -95,7 +96,7 @@ pub fn seen_faces(model: &Model, sweep_view: &SweepView) -> Vec<(FaceId, u32)> {
 
 fn of_faces(
     model: &Model,
-    sweep_views: &[SweepView],
+    sweep_views: &dyn SweepViews,
     seen: &[Vec<(usize, u32)>],
     options: &ReliefOptions,
     task: &Task,
@@ -115,7 +116,7 @@ fn of_faces(
             let done = done.fetch_add(row, Ordering::Relaxed) + row;
             task.step("relief", done as u64, total as u64)
         };
-        let heights = heights(model, &plot, &of_face, options, &row_done)?;
+        let heights = heights(model, &plot, (&of_face, sweep_views), options, &row_done)?;
         Ok((face, plot.with_heights(heights)))
     };
     let (large, small): (Vec<Plot>, Vec<Plot>) = plots.into_iter().partition(|plot| plot.cells() > LARGE);
@@ -133,7 +134,7 @@ fn of_faces(
 fn heights(
     model: &Model,
     plot: &Plot,
-    sweep_views: &[(&SweepView, f64)],
+    sweep_views: (&[FaceView], &dyn SweepViews),
     options: &ReliefOptions,
     row_done: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<f32>> {

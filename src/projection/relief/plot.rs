@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::FaceRelief;
 use super::options::ReliefOptions;
-use super::sweep_view::SweepView;
+use super::sweep::FaceView;
 use quadratura_base::geometry::polygon::PlaneFrame;
 use quadratura_base::raster::robust::quantile;
 use quadratura_base::scene::{FaceId, Model};
@@ -29,12 +29,12 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// Lays out the grid for a face and its sweep views with their pixels per world unit. Returns `None` where
+    /// Lays out the grid for a face and its sweep views. Returns `None` where
     /// heights cannot be estimated: with fewer than two sweep views, or for a face smaller than four cells.
     pub fn new(
         model: &Model,
         face: FaceId,
-        sweep_views: &[(&SweepView, f64)],
+        sweep_views: &[FaceView],
         options: &ReliefOptions,
     ) -> Option<Self> {
         if sweep_views.len() < 2 {
@@ -53,7 +53,7 @@ impl Plot {
         if size[0] * size[1] < 4 {
             return None;
         }
-        let distances = sweep_views.iter().map(|(w, px_per_unit)| w.camera.fx / px_per_unit);
+        let distances = sweep_views.iter().map(|view| view.camera.fx / view.px_per_unit);
         let reach = options.reach * at_share(distances, 0.5)?;
         let reach = reach.min(0.5 * (extent.x * extent.y).sqrt());
         Some(Self { face, frame, normal: plane.normal, low, cell, size, reach })
@@ -80,9 +80,9 @@ impl Plot {
     }
 }
 
-fn cell_side(sweep_views: &[(&SweepView, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
+fn cell_side(sweep_views: &[FaceView], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
     // The resolution that a quarter of the sweep views exceed.
-    let px_per_unit = at_share(sweep_views.iter().map(|(_, px)| *px), 0.75)?;
+    let px_per_unit = at_share(sweep_views.iter().map(|view| view.px_per_unit), 0.75)?;
     let wanted = options.cell_px / px_per_unit;
     let most = f64::from(options.most_cells);
     // The second bound is for slivers, which have length but hardly any area.

@@ -1,6 +1,8 @@
 //! The disagreement of the photos about a face for each height over its plane: a plane sweep (Collins, *A
 //! Space-Sweep Approach to True Multi-Image Matching*, 1996) with a robust measure of deviation.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -8,8 +10,9 @@ use super::detail::Detail;
 use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::Volume;
-use super::sweep_view::SweepView;
+use super::sweep_view::{SweepView, SweepViews};
 use quadratura_base::error::Result;
+use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::raster::robust::median;
 use quadratura_base::scene::{FaceId, Model};
 use quadratura_view::weights::pixels_per_unit;
@@ -18,6 +21,22 @@ use quadratura_view::weights::pixels_per_unit;
 /// and not finer than one height can bring into register.
 pub(super) const TEXELS_PER_CELL: f64 = 2.0;
 
+/// The number of cells along both sides of the squares in which the costs of a face are found: only the photos that show something
+/// of a square are in memory then.
+const TILE: usize = 64;
+
+/// A photo that shows a face.
+#[derive(Clone, Copy)]
+pub struct FaceView<'a> {
+    /// The number of the photo.
+    number: usize,
+    /// Its camera and pose.
+    pub camera: &'a Pinhole,
+    pose: &'a Pose,
+    /// Its pixels per world unit at the mean of the face's corners.
+    pub px_per_unit: f64,
+}
+
 /// The projection of a plot into a photo: homogeneous pixel coordinates of the point at `low + u, v` on the
 /// plane and `t` above it are `origin + u * along[0] + v * along[1] + t * along[2]`; the third component is
 /// the depth.
@@ -25,31 +44,55 @@ struct PlotView<'a> {
     sweep_view: &'a SweepView,
     detail: &'a Detail,
     texels_per_px: f64,
+    map: PlotMap,
+}
+
+/// The linear part of a [`PlotView`], with the size of the photo.
+#[derive(Clone, Copy)]
+struct PlotMap {
+    size: DVec2,
     origin: DVec3,
     along: [DVec3; 3],
 }
 
-impl<'a> PlotView<'a> {
-    fn new(sweep_view: &'a SweepView, plot: &Plot, px_per_unit: f64) -> Self {
-        let (camera, rotation) = (&sweep_view.camera, sweep_view.pose.rotation);
+impl PlotMap {
+    fn new(view: &FaceView, plot: &Plot) -> Self {
+        let FaceView { camera, pose, .. } = *view;
         let homogeneous =
             |p: DVec3| DVec3::new(camera.fx * p.x + camera.cx * p.z, camera.fy * p.y + camera.cy * p.z, p.z);
-        let (detail, texel_px) = sweep_view.detail(plot.cell * px_per_unit / TEXELS_PER_CELL);
         let low = plot.frame.raised(plot.low);
         Self {
-            sweep_view,
-            detail,
-            texels_per_px: 1.0 / texel_px,
-            origin: homogeneous(sweep_view.pose.camera_from_world(low)),
-            along: [plot.frame.u, plot.frame.v, plot.normal].map(|axis| homogeneous(rotation * axis)),
+            size: DVec2::new(f64::from(camera.width), f64::from(camera.height)),
+            origin: homogeneous(pose.camera_from_world(low)),
+            along: [plot.frame.u, plot.frame.v, plot.normal].map(|axis| homogeneous(pose.rotation * axis)),
         }
+    }
+
+    /// Projects a point of the plane to homogeneous pixel coordinates.
+    fn projected(&self, at: DVec2) -> DVec3 {
+        self.origin + self.along[0] * at.x + self.along[1] * at.y
+    }
+
+    /// Returns whether the photo may show something of a rectangle of the plane, which it does not when all four corners are beyond
+    /// one of its sides: projection is linear.
+    fn may_show(&self, corners: [DVec2; 4]) -> bool {
+        let corners = corners.map(|corner| self.projected(corner));
+        let sides: [&dyn Fn(DVec3) -> f64; 5] =
+            [&|h| h.z, &|h| h.x, &|h| h.y, &|h| self.size.x * h.z - h.x, &|h| self.size.y * h.z - h.y];
+        sides.iter().all(|side| corners.iter().any(|corner| side(*corner) >= 0.0))
+    }
+}
+
+impl<'a> PlotView<'a> {
+    fn new(sweep_view: &'a SweepView, map: PlotMap, plot: &Plot, px_per_unit: f64) -> Self {
+        let (detail, texel_px) = sweep_view.detail(plot.cell * px_per_unit / TEXELS_PER_CELL);
+        Self { sweep_view, detail, texels_per_px: 1.0 / texel_px, map }
     }
 
     /// Projects the centre of a cell to homogeneous pixel coordinates; `None` outside of the photo.
     fn middle(&self, at: DVec2) -> Option<DVec3> {
-        let h = self.origin + self.along[0] * at.x + self.along[1] * at.y;
-        let camera = &self.sweep_view.camera;
-        let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+        let h = self.map.projected(at);
+        let [width, height] = self.map.size.to_array();
         let inside = h.z > 0.0 && h.x >= 0.0 && h.y >= 0.0 && h.x < width * h.z && h.y < height * h.z;
         inside.then_some(h)
     }
@@ -57,7 +100,7 @@ impl<'a> PlotView<'a> {
     /// Samples the detail at a height over the cell's centre.
     #[inline]
     fn detail_at(&self, middle: DVec3, height: f64) -> Option<f32> {
-        let h = middle + self.along[2] * height;
+        let h = middle + self.map.along[2] * height;
         if h.z <= 0.0 {
             return None;
         }
@@ -66,31 +109,53 @@ impl<'a> PlotView<'a> {
     }
 }
 
-/// Computes the disagreement of `sweep_views` (each with its mean pixels per world unit there) about a plot,
-/// for every cell and height. `row_done` is called after each row of cells: a large face takes minutes.
+/// Computes the disagreement of the `views` of a plot, for every cell and height, square by square; `sweep_views` has their pixels.
+/// `row_done` is called once for each row of cells: a large face takes minutes.
 ///
 /// # Errors
-/// [`quadratura_base::Error::Cancelled`], as `row_done` says.
+/// [`quadratura_base::Error::Cancelled`], as `row_done` says, and those of reading photos back.
 pub fn disagreement(
     model: &Model,
     plot: &Plot,
-    sweep_views: &[(&SweepView, f64)],
+    (views, sweep_views): (&[FaceView], &dyn SweepViews),
     options: &ReliefOptions,
     row_done: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Volume> {
-    let views: Vec<PlotView> = sweep_views.iter().map(|(w, px)| PlotView::new(w, plot, *px)).collect();
+    let maps: Vec<PlotMap> = views.iter().map(|view| PlotMap::new(view, plot)).collect();
     let hypotheses = options.hypotheses();
     let row = plot.columns() * hypotheses;
     let mut costs = vec![0.0; row * plot.rows()];
-    costs.par_chunks_mut(row).enumerate().try_for_each(|(y, costs)| {
-        let mut here = Vec::with_capacity(views.len());
-        for (x, costs) in costs.chunks_mut(hypotheses).enumerate() {
-            let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * plot.cell;
-            choose(model, plot, &views, at, options, &mut here);
-            cell_costs(&here, plot.reach, costs);
+    for (band, costs) in costs.chunks_mut(row * TILE).enumerate() {
+        let rows = band * TILE..(band * TILE + TILE).min(plot.rows());
+        for first in (0..plot.columns()).step_by(TILE) {
+            let columns = first..(first + TILE).min(plot.columns());
+            let at = |x: usize, y: usize| DVec2::new(x as f64, y as f64) * plot.cell;
+            let corners = [
+                at(columns.start, rows.start),
+                at(columns.end, rows.start),
+                at(columns.start, rows.end),
+                at(columns.end, rows.end),
+            ];
+            let shown = views.iter().zip(&maps).filter(|(_, map)| map.may_show(corners));
+            let shown: Vec<(&FaceView, &PlotMap)> = shown.collect();
+            let read = shown.iter().map(|(view, _)| sweep_views.view(view.number));
+            let read: Vec<Arc<SweepView>> = read.collect::<Result<_>>()?;
+            let views = read.iter().zip(&shown);
+            let views: Vec<PlotView> =
+                views.map(|(read, (view, map))| PlotView::new(read, **map, plot, view.px_per_unit)).collect();
+            let is_last = columns.end == plot.columns();
+            costs.par_chunks_mut(row).zip(rows.clone()).try_for_each(|(costs, y)| {
+                let costs = &mut costs[columns.start * hypotheses..columns.end * hypotheses];
+                let mut here = Vec::with_capacity(views.len());
+                for (x, costs) in columns.clone().zip(costs.chunks_mut(hypotheses)) {
+                    let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * plot.cell;
+                    choose(model, plot, &views, at, options, &mut here);
+                    cell_costs(&here, plot.reach, costs);
+                }
+                if is_last { row_done() } else { Ok(()) }
+            })?;
         }
-        row_done()
-    })?;
+    }
     Ok(Volume { columns: plot.columns(), hypotheses, costs })
 }
 
@@ -163,21 +228,25 @@ fn deviation(values: &mut [f32]) -> Option<f32> {
     Some(sum / count * (count / (count - 1.0)).sqrt())
 }
 
-/// Returns the sweep views of a face that can be used, with their pixels per world unit at the mean of the
-/// face's corners: those on the side from which most of the face is seen.
+/// Returns the sweep views of a face that can be used: those on the side from which most of the face is seen.
 pub fn views_of_face<'a>(
     model: &Model,
     face: FaceId,
     seen: &[(usize, u32)],
-    sweep_views: &'a [SweepView],
-) -> Vec<(&'a SweepView, f64)> {
+    sweep_views: &'a dyn SweepViews,
+) -> Vec<FaceView<'a>> {
     let plane = &model.face(face).plane;
-    let height = |w: &SweepView| plane.signed_distance(w.pose.center_in_world());
-    let front: f64 =
-        seen.iter().map(|&(w, blocks)| f64::from(blocks) * height(&sweep_views[w]).signum()).sum();
-    let of_side = seen.iter().map(|&(w, _)| &sweep_views[w]).filter(|w| height(w) * front > 0.0);
     let middle = model.ring_points(face).sum::<DVec3>() / model.ring(face).len().max(1) as f64;
-    of_side.map(|w| (w, w.camera.fx / (w.pose.center_in_world() - middle).length())).collect()
+    let height = |number: usize| plane.signed_distance(sweep_views.camera(number).1.center_in_world());
+    let front: f64 = seen.iter().map(|&(w, blocks)| f64::from(blocks) * height(w).signum()).sum();
+    let of_side = seen.iter().map(|&(w, _)| w).filter(|w| height(*w) * front > 0.0);
+    of_side
+        .map(|number| {
+            let (camera, pose) = sweep_views.camera(number);
+            let px_per_unit = camera.fx / (pose.center_in_world() - middle).length();
+            FaceView { number, camera, pose, px_per_unit }
+        })
+        .collect()
 }
 
 #[cfg(test)]

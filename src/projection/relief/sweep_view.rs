@@ -1,17 +1,21 @@
 //! One photo of the plane sweep: its details and the faces that it shows, small enough to keep for hundreds
 //! of photos.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::detail::{Detail, levels};
 use crate::Projector;
 use crate::model_surface::ModelSurface;
+use quadratura_base::error::Result;
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{FaceId, Model, PhotoPixels};
 
 /// The data of one photo for the plane sweep.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SweepView {
     /// Image size and intrinsics in pixels.
     pub camera: Pinhole,
@@ -21,6 +25,28 @@ pub struct SweepView {
     /// The face at the centre of each block of [`BLOCK_PX`] pixels, row by row from the top.
     faces_of_blocks: Vec<Option<FaceId>>,
     columns: u32,
+}
+
+/// Photos prepared for the plane sweep, which may be elsewhere than in memory until they are asked for.
+pub trait SweepViews: Sync {
+    /// Returns the camera and the pose of a photo.
+    fn camera(&self, number: usize) -> (&Pinhole, &Pose);
+
+    /// Returns a photo.
+    ///
+    /// # Errors
+    /// Those of reading it back.
+    fn view(&self, number: usize) -> Result<Arc<SweepView>>;
+}
+
+impl SweepViews for Vec<Arc<SweepView>> {
+    fn camera(&self, number: usize) -> (&Pinhole, &Pose) {
+        (&self[number].camera, &self[number].pose)
+    }
+
+    fn view(&self, number: usize) -> Result<Arc<SweepView>> {
+        Ok(self[number].clone())
+    }
 }
 
 /// Side of a block, in pixels: about that of a cell.
@@ -44,15 +70,10 @@ impl SweepView {
         Self { camera: *camera, pose: *pose, levels: levels(pixels), faces_of_blocks, columns }
     }
 
-    /// Stands for a photo without known pixels, which shows nothing.
-    pub fn blind(projector: &Projector) -> Self {
-        let Projector { camera, pose, .. } = projector;
-        Self { camera: *camera, pose: *pose, levels: Vec::new(), faces_of_blocks: Vec::new(), columns: 0 }
-    }
-
-    /// Returns true when the pixels are known.
-    pub fn has_pixels(&self) -> bool {
-        !self.levels.is_empty()
+    /// Returns the memory that it takes, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let blocks = self.faces_of_blocks.len() * size_of::<Option<FaceId>>();
+        self.levels.iter().flatten().map(Detail::bytes).sum::<u64>() + blocks as u64
     }
 
     /// Counts the blocks that show each face: sorted by face, each count above zero.

@@ -91,13 +91,13 @@ fn photographed(truth: Truth, projector: &Projector) -> PhotoPixels {
     PhotoPixels { width: CAMERA.width, height: CAMERA.height, channels: 3, samples, icc: None }
 }
 
-fn sweep_views(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<SweepView> {
+fn sweep_views(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<Arc<SweepView>> {
     let surface = ModelSurface::from_model(model);
     let sweep_view = |(i, eye): (usize, &[f64; 2])| {
         let projector = projector(*eye);
         let mut pixels = photographed(truth, &projector);
         change(i, &mut pixels);
-        SweepView::new(&projector, &pixels, &surface)
+        Arc::new(SweepView::new(&projector, &pixels, &surface))
     };
     EYES.iter().enumerate().map(sweep_view).collect()
 }
@@ -107,8 +107,22 @@ fn options() -> ReliefOptions {
     ReliefOptions { reach: 0.06, ..ReliefOptions::default() }
 }
 
-fn estimate(model: &Model, sweep_views: &[SweepView]) -> Relief {
-    estimate_relief(model, sweep_views, &options(), &Task::silent()).unwrap()
+fn estimate(model: &Model, sweep_views: &[Arc<SweepView>]) -> Relief {
+    estimate_with(model, sweep_views, &options(), &Task::silent()).unwrap()
+}
+
+fn estimate_with(
+    model: &Model,
+    sweep_views: &[Arc<SweepView>],
+    options: &ReliefOptions,
+    task: &Task,
+) -> quadratura_base::Result<Relief> {
+    estimate_relief(model, &sweep_views.to_vec(), &shown(model, sweep_views), options, task)
+}
+
+/// Lists the faces that each photo shows.
+fn shown(model: &Model, sweep_views: &[Arc<SweepView>]) -> Vec<Vec<(FaceId, u32)>> {
+    sweep_views.iter().map(|view| seen_faces(model, view)).collect()
 }
 
 /// Returns the heights towards the cameras on a grid around the centre, with the positions on the wall.
@@ -179,7 +193,7 @@ fn photos_that_see_a_face_obliquely_have_no_say() {
     let sweep_views = sweep_views(&model, Truth::Window, |_, _| ());
     // No point of the wall is seen this frontally by two cameras.
     let options = ReliefOptions { least_cosine: 0.9999, ..options() };
-    let relief = estimate_relief(&model, &sweep_views, &options, &Task::silent()).unwrap();
+    let relief = estimate_with(&model, &sweep_views, &options, &Task::silent()).unwrap();
     let within = heights(&relief).into_iter().filter(|(p, _)| p.abs().max_element() < 0.7);
     assert!(within.map(|(_, height)| height.abs()).fold(0.0, f64::max) < 1e-6);
 }
@@ -189,7 +203,16 @@ fn a_photo_left_out_has_no_say() {
     let model = wall();
     let mut all = sweep_views(&model, Truth::Window, |_, _| ());
     let relief = estimate(&model, &all);
-    let without = relief_without(&relief, &[PhotoId(2)], &model, &all, &options(), &Task::silent()).unwrap();
+    let without = relief_without(
+        &relief,
+        &[PhotoId(2)],
+        &model,
+        &all,
+        &shown(&model, &all),
+        &options(),
+        &Task::silent(),
+    )
+    .unwrap();
     all.remove(2);
     assert_eq!(without, estimate(&model, &all));
     assert_ne!(without, relief);
@@ -239,7 +262,7 @@ fn a_request_to_stop_is_heard() {
     let sweep_views = sweep_views(&model, Truth::Blank, |_, _| ());
     let task = Task::silent();
     task.stop_flag().store(true, Ordering::Relaxed);
-    let stopped = estimate_relief(&model, &sweep_views, &options(), &task);
+    let stopped = estimate_with(&model, &sweep_views, &options(), &task);
     assert!(matches!(stopped, Err(quadratura_base::Error::Cancelled)));
 }
 
@@ -250,7 +273,7 @@ fn a_photo_of_an_empty_view_is_no_trouble() {
     let away = Projector { camera: centred(40, 30, 900.0), ..projector([99.0, 0.0]) };
     let samples = Samples::U8(vec![7; 40 * 30 * 3]);
     let pixels = PhotoPixels { width: 40, height: 30, channels: 3, samples, icc: None };
-    let sweep_view = SweepView::new(&away, &pixels, &surface);
+    let sweep_view = Arc::new(SweepView::new(&away, &pixels, &surface));
     assert_eq!(sweep_view.faces(), []);
     assert_eq!(estimate(&model, &[sweep_view.clone(), sweep_view]).of_face, [None]);
 }
