@@ -15,6 +15,9 @@ use super::SourceShares;
 /// Pixels of the picture per pixel of the picture of sources, along a side.
 pub(super) const SOURCES_STEP: u32 = 4;
 
+/// The rows of the picture of sources that are drawn at a time.
+const SOURCES_ROWS: usize = 512;
+
 /// The colours of the picture of sources behind those of [`Origin::ALL`]: what continues, and what is empty.
 const EMPTY: [u8; 3] = [255; 3];
 
@@ -57,8 +60,6 @@ pub(super) fn draw_sources(
         supersampled: false,
         ..reduced(shot, SOURCES_STEP)
     };
-    let picture = preview.picture_of_faces(&coarse, task)?;
-    let faces = preview.faces(&coarse, task)?;
     let mut shares = SourceShares::default();
     let mut index = |(pixel, face): (&[u8; 4], &u32)| -> u8 {
         let origin = origin_of_colour(*pixel);
@@ -69,9 +70,19 @@ pub(super) fn draw_sources(
         let at = origin.and_then(|origin| Origin::ALL.iter().position(|other| *other == origin));
         at.unwrap_or(Origin::ALL.len()) as u8
     };
-    let indices = picture.pixels().iter().zip(&faces).map(&mut index).collect();
+    let (width, height) = (coarse.camera.width, coarse.camera.height);
+    let mut indices = Vec::with_capacity(width as usize * height as usize);
+    // In bands: a picture of 30,000 pixels has sources of 7,500, whose colours and faces need not be in memory at once.
+    for top in (0..height).step_by(SOURCES_ROWS) {
+        let mut band = coarse.clone();
+        band.camera.height = (height - top).min(SOURCES_ROWS as u32);
+        band.camera.cy -= f64::from(top);
+        let picture = preview.picture_of_faces(&band, task)?;
+        let faces = preview.faces(&band, task)?;
+        indices.extend(picture.pixels().iter().zip(&faces).map(&mut index));
+    }
     let colours = Origin::ALL.map(Origin::colour).into_iter().chain([CONTINUED, EMPTY]).collect();
-    Ok((IndexedPicture { width: picture.width, indices, colours }, shares.of_one()))
+    Ok((IndexedPicture { width, indices, colours }, shares.of_one()))
 }
 
 /// Returns the names of the colours of pictures of sources.
