@@ -100,7 +100,7 @@ fn command_lines(text: &str) -> Vec<Vec<&str>> {
 
 /// The help of a command, which has two words where the first has commands of its own.
 fn help_of(words: &[&str]) -> String {
-    let names = if ["ldi", "model", "tree"].contains(&words[0]) { &words[..2] } else { &words[..1] };
+    let names = if ["ldi", "model", "text", "tree"].contains(&words[0]) { &words[..2] } else { &words[..1] };
     let output = Command::new(env!("CARGO_BIN_EXE_quadratura")).args(names).arg("--help").output().unwrap();
     String::from_utf8_lossy(&output.stdout).into_owned()
 }

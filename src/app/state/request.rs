@@ -1,6 +1,7 @@
 //! Requests of panels, keys, commands and results, which `action` applies; one enum for each subject.
 
 mod flag;
+mod images;
 mod ortho;
 mod publish;
 
@@ -9,6 +10,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 pub use self::flag::Flag;
+pub use self::images::ImagesRequest;
 pub use self::ortho::OrthoRequest;
 pub use self::publish::PublishRequest;
 pub use super::quality::request::QualityRequest;
@@ -26,7 +28,6 @@ use super::panels::Tab;
 use super::panes::Pane;
 use super::round_trip::{Projected, dialogs::DialogPurpose, image_editor::EditorChoice};
 use super::running::JobId;
-use super::save_image::{ImageFormat, SaveImage};
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::{Colours, Navigation};
@@ -421,14 +422,6 @@ pub enum ProjectRequest {
     ShowMissing,
     /// Handles a request of a dialog for projects.
     Dialog(DialogRequest),
-}
-
-/// Requests about layered depth images to save.
-pub enum ImagesRequest {
-    /// Shows the dialog for the selected photo.
-    Choose(ImageFormat),
-    /// Saves with the options of the dialog.
-    Save(SaveImage),
 }
 
 /// Requests about the window itself.

@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 /// Memory that a job needs beside what it may use for photos, in bytes: program, driver, model and stacks.
 const BESIDE: u64 = 1 << 30;
-/// What the estimates keep of each photo in memory beside that, in bytes: lists of faces and of pixels that others contradict.
-const KEPT_OF_PHOTO: u64 = 1 << 20;
+/// What the estimates keep of each photo in memory beside that, in bytes, as measured: lists of faces, of pixels that others contradict.
+const KEPT_OF_PHOTO: u64 = 4 << 20;
 
 /// What is to be made, and from what.
 #[derive(Debug, Clone, PartialEq, Eq)]
