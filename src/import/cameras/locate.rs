@@ -166,6 +166,18 @@ pub fn accepted() -> String {
     all.join("; or ")
 }
 
+/// Names the programs whose files are read, each once.
+pub fn programs() -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for name in formats().map(|format| format.program()) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let last = names.pop().unwrap_or_default();
+    format!("{} or {last}", names.join(", "))
+}
+
 /// Lists all formats: what the files are called, what is read of them, and what is not.
 pub fn described() -> Vec<[&'static str; 3]> {
     let of_format = |format: &'static dyn CameraFormat| {

@@ -63,7 +63,7 @@ pub use assembly::Assembly;
 pub use format::CameraFormat;
 pub use formats::plug_in;
 pub use kept::{CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS};
-pub use locate::{CamerasThere, accepted, cameras_in, described, extensions, is_camera_file};
+pub use locate::{CamerasThere, accepted, cameras_in, described, extensions, is_camera_file, programs};
 pub use options::CameraOptions;
 pub use raw::RawCamera;
 pub use reconstruction::ReconstructionFiles;

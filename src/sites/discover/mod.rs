@@ -53,6 +53,14 @@ impl SitePart {
             Self::Model => "a coarse model as OBJ, glTF or GLB".into(),
         }
     }
+
+    /// Returns a short description: for cameras the programs instead of their files.
+    pub fn accepted_shortly(self) -> String {
+        match self {
+            Self::Cameras => format!("the cameras of {}", cameras::programs()),
+            Self::Photos | Self::Model => self.accepted(),
+        }
+    }
 }
 
 /// The paths of a site's parts. An empty path is not known yet.

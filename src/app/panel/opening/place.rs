@@ -88,8 +88,10 @@ pub fn part_found(ui: &mut Ui, part: SitePart, place: &PathField, look: Option<&
         let path = place.path();
         if path.as_os_str().is_empty() {
             let found = if place.searched { "Not found. Choose" } else { "Needed:" };
-            let text = RichText::new(format!("{found} {}.", part.accepted()));
-            ui.label(if place.searched { text.color(ui.visuals().warn_fg_color) } else { text.weak() });
+            let text = RichText::new(format!("{found} {}.", part.accepted_shortly()));
+            let label =
+                ui.label(if place.searched { text.color(ui.visuals().warn_fg_color) } else { text.weak() });
+            label.on_hover_text(format!("Choose {}.", part.accepted()));
             return;
         }
         match look.filter(|look| look.parts().path(part) == path) {
