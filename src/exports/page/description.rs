@@ -60,6 +60,8 @@ pub struct DescribedBlend {
 pub struct DescribedExposure {
     /// The rule: near, metered, common or raw.
     pub rule: &'static str,
+    /// Whether views are darker towards their corners, as the photos near them.
+    pub keeps_vignetting: bool,
 }
 
 /// A page of tiles.

@@ -258,7 +258,10 @@ impl<'a> PageWriter<'a> {
             up: self.up.to_array(),
             extent: extent(self.opened, self.ids),
             blend: DescribedBlend { lambda: Blend::default().lambda },
-            exposure: DescribedExposure { rule: self.parts.gains.rule.name() },
+            exposure: DescribedExposure {
+                rule: self.parts.gains.rule.name(),
+                keeps_vignetting: self.parts.gains.keeps_vignetting,
+            },
             surroundings_scale: sources.surroundings_scale,
             photos: std::mem::take(&mut written.described),
             far: std::mem::take(&mut written.far),

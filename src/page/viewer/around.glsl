@@ -49,7 +49,7 @@ vec4 around_at(vec2 at) {
         float share = share_of(best, i);
         if (best.q[i] >= INFINITE || (i > 0 && share <= 0.0)) continue;
         if (best.server[i] == 0u) {
-            color = texture(dome, ray.xzy).rgb * of_common * of_sky * dome_white;
+            color = texture(dome, ray.xzy).rgb * of_common * of_sky * (dome_white * lens_here());
         } else {
             uvec4 server = server_word(best.server[i]);
             uint number = server.x & 0xffffu;

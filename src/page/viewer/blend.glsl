@@ -57,7 +57,7 @@ vec3 exposed(Camera photo, Look look, vec4 texel, vec2 px) {
     float r2 = dot(from_axis, from_axis);
     vec3 light = texel.rgb;
     if (photo.size.w != 0.0) light = max(light - photo.size.w * texel.a, min(light, vec3(1.5e-4 * texel.a)));
-    return light * exp(-(look.optics.z + look.optics.w * r2) * r2) * look.gain.rgb;
+    return light * exp(-(look.optics.z + look.optics.w * r2) * r2) * (look.gain.rgb * lens_here());
 }
 
 // What is stored as white, which was at least as bright, stays so.

@@ -41,19 +41,30 @@ quadratura.exposure = (() => {
     return smooth(away / AWAY + Math.max(...off) / BEYOND);
   }
 
-  // Returns the factors on photos, on light in the common exposure and on the sky, and how far the view has left each photo.
+  // The falloff of the lenses of near photos, which the view keeps: by the squared tangent of the angle to the axis and by its square, and
+  // the largest such tangent.
+  function lensOf(near, photos) {
+    const all = near.reduce((sum, share) => sum + share, 0);
+    return photos.reduce((sum, { lens: [fx, fy, cx, cy], size: [w, h], optics: [, a, b] }, i) => {
+      const widest = (Math.max(cx, w - cx) / fx) ** 2 + (Math.max(cy, h - cy) / fy) ** 2;
+      return quadratura.math.add(sum, quadratura.math.times([a * fx * fy, b * (fx * fy) ** 2, widest], near[i] / all));
+    }, [0, 0, 0]);
+  }
+
+  // Returns the factors on photos, on light in the common exposure and on the sky, the falloff of the view, and how far it has left each photo.
   function of(view, site, rule = site.exposure.rule) {
     const { photos } = site, scale = Math.max(site.surroundings_scale, 1e-300);
     const near = shares(view, photos, scale);
     const mean = (value, c) => near.reduce((sum, share, i) => sum + share * value(photos[i], c), 0);
-    const all = { left: photos.map((photo) => left(view, photo, scale)), skyShare: 1 };
-    if (rule === "raw") return { ...all, factors: photos.map(() => [1, 1, 1]), ofCommon: [1, 1, 1], ofSky: [1, 1, 1], skyShare: 0 };
+    const all = { left: photos.map((photo) => left(view, photo, scale)), skyShare: 1, falloff: [0, 0, 0] };
+    if (rule === "raw") return { ...all, isRaw: true, factors: photos.map(() => [1, 1, 1]), ofCommon: [1, 1, 1], ofSky: [1, 1, 1], skyShare: 0 };
     let own = [0, 1, 2].map((c) => mean((photo) => photo.gain[c], c));
     if (rule === "common") {
       own = [0, 1, 2].map((c) => near.reduce((sum, share, i) => sum + smooth((share - OWN_FROM) / (1 - OWN_FROM)) * photos[i].gain[c], 0));
     }
     return {
       ...all,
+      falloff: site.exposure.keeps_vignetting ? lensOf(near, photos) : all.falloff,
       factors: photos.map((photo) => own.map((gain, c) => Math.exp(gain - photo.gain[c]))),
       ofCommon: own.map(Math.exp),
       ofSky: [0, 1, 2].map((c) => Math.exp(-mean((photo) => (photo.sky ? photo.sky[c] : 0), c))),

@@ -223,6 +223,7 @@ quadratura.painter = (() => {
       gl.uniform3fv(u.eye_low, low);
       gl.uniform1f(u.near, near);
       gl.uniform1i(u.at_infinity, 0);
+      gl.uniform3fv(u.falloff, this.exposure.falloff);
       gl.uniform1f(u.lambda, this.site.blend.lambda);
       gl.uniform3fv(u.of_common, this.exposure.ofCommon);
       gl.uniform3fv(u.of_sky, this.exposure.ofSky);

@@ -171,7 +171,7 @@ void main() {
     if (!served) {
         Grid continued = Grid(surface_word(4), surface_word(5), surface_word(6));
         if (continued.place.z == 0.0) discard;
-        light = textureLod(continued_colors, sheet_place(continued, on_plane) / vec2(textureSize(continued_colors, 0)), 0.0).rgb * of_common;
+        light = textureLod(continued_colors, sheet_place(continued, on_plane) / vec2(textureSize(continued_colors, 0)), 0.0).rgb * (of_common * lens_here());
         matte = 1.0;
     }
     // Within the outlines of the model a photo may show the sky: it is seen through.

@@ -6,6 +6,8 @@ uniform vec3 down;
 uniform vec3 forward;
 uniform vec4 lens;
 uniform vec2 view_size;
+// The falloff of the view's lens, by the squared tangent of the angle to the axis and by its square, and the largest such tangent.
+uniform vec3 falloff;
 // The weight of an octave in radians.
 uniform float lambda;
 // The factors on light in the common exposure, and on the sky.
@@ -73,4 +75,11 @@ vec3 ray_through(vec2 at) {
 
 vec2 position() {
     return vec2(gl_FragCoord.x, view_size.y - gl_FragCoord.y);
+}
+
+// The factor by which the view's lens darkens this pixel.
+float lens_here() {
+    vec2 from_axis = position() - lens.zw;
+    float t2 = min(dot(from_axis, from_axis) / (lens.x * lens.y), falloff.z);
+    return exp((falloff.x + falloff.y * t2) * t2);
 }

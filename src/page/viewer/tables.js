@@ -122,15 +122,16 @@ quadratura.tables = (() => {
           const reduction = size[0] / width * by;
           return [reduction / texture.size[0], reduction / texture.size[1]];
         };
+        const [added, ...falloff] = exposure.isRaw ? [0, 0, 0] : photo.optics;
         const state = textures.state[i], fade = textures.fade(i, now);
         // The shares of the photo's pixels along a side that the loaded pictures have.
         const fine = Math.min(1, photo.stored[0] / width) * textures.scale, coarse = photo.far[0] / width;
         const [storedWidth, storedHeight] = quadratura.textures.stored(photo, photo.size);
         this.photoWords.set([
           ...rows.flatMap((r) => [...r, -dot(r, centre)]), ...centre, fx * fy,
-          width, height, (photo.turned ? -1 : 1) / (BORDER_SHARE * Math.min(width, height)), photo.optics[0],
+          width, height, (photo.turned ? -1 : 1) / (BORDER_SHARE * Math.min(width, height)), added,
           ...exposure.factors[i], exposure.left[i],
-          cx, cy, photo.optics[1], photo.optics[2],
+          cx, cy, ...falloff,
           photo.sky ? ++sky : 0, photo.sky ? exposure.skyShare * exposure.left[i] : 0, fade, 0,
           ...scale(photo.stored, near, textures.scale), state.slot, 0,
           ...scale(photo.far, far, 1), i, 0,
