@@ -1,4 +1,4 @@
-//! Values that do not fit into memory for now, in a file without a name: it is gone with the program, however that ends.
+//! Values that wait outside of memory, in a file without a name: it is gone with the program, however that ends.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};

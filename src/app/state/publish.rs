@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use quadratura_base::scene::PhotoId;
 use quadratura_document::{PageDecisions, PlaceText, Project};
-use quadratura_exports::page::{MOST_SIDE, PageOptions};
+use quadratura_exports::page::{MOST_SIDE, PageOptions, published_size};
 
 /// The folder of a page unless another one is given.
 const PAGE: &str = "page";
@@ -159,9 +159,8 @@ impl PublishDialog {
     }
 
     /// Returns the size at which a photo is published, in pixels.
-    pub fn published(&self, [width, height]: [u32; 2]) -> [u32; 2] {
-        let by = (f64::from(self.longest) / f64::from(width.max(height).max(1))).min(1.0);
-        [width, height].map(|side| ((f64::from(side) * by).round() as u32).max(1))
+    pub fn published(&self, size: [u32; 2]) -> [u32; 2] {
+        published_size(size, self.longest)
     }
 
     /// Returns the reason why nothing can be published.

@@ -7,10 +7,11 @@ use super::super::args::ExportArgs;
 use super::super::bytes::readable_bytes;
 use super::super::fill::note_stale_fillings;
 use super::super::table::counted;
-use quadratura_base::error::{Error, Result};
+use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_exports::page::{Published, leaving, publish};
 use quadratura_gpu::Gpu;
+use quadratura_io::programs::open_with_system;
 use quadratura_sites::open::Opened;
 
 /// Publishes the page, and returns what is in it and what it lacks.
@@ -36,7 +37,7 @@ pub fn run(args: &ExportArgs, opened: &Opened, task: &Task) -> Result<Outcome> {
         ));
     }
     if args.page.open {
-        open(&done)?;
+        open_with_system(&done.folder.join("index.html"))?;
     }
     let problems = chosen.problems_of(&opened.problems, task);
     let text = text(&done);
@@ -63,18 +64,4 @@ fn text(done: &Published) -> String {
         "All that the page shows can be copied. Open index.html, or put the folder on any web server.\n",
     );
     text
-}
-
-/// Opens the page in the user's browser.
-fn open(done: &Published) -> Result<()> {
-    let page = done.folder.join("index.html");
-    let (program, first): (&str, &[&str]) = match std::env::consts::OS {
-        "macos" => ("open", &[]),
-        "windows" => ("cmd", &["/C", "start", ""]),
-        _ => ("xdg-open", &[]),
-    };
-    let started = std::process::Command::new(program).args(first).arg(&page).spawn();
-    started.map(drop).map_err(|error| {
-        Error::Request(format!("the page is in {}, but {program} does not open it: {error}", page.display()))
-    })
 }

@@ -47,16 +47,18 @@ use quadratura_views::preview::{self, PreviewOptions};
 
 /// Returns the photos that a page would publish: their names there, and their sizes.
 pub fn leaving(photos: &[&Photo], options: &PageOptions) -> Vec<LeavingPhoto> {
-    let leaving = |(number, photo): (usize, &&Photo)| {
-        let size = [photo.camera.width, photo.camera.height];
-        let by = (f64::from(options.longest.min(MOST_SIDE)) / f64::from(size[0].max(size[1]))).min(1.0);
-        LeavingPhoto {
-            photo: photo.name.clone(),
-            published: if options.keep_names { photo.name.clone() } else { format!("p{:03}", number + 1) },
-            size: size.map(|side| ((f64::from(side) * by).round() as u32).max(1)),
-        }
+    let leaving = |(number, photo): (usize, &&Photo)| LeavingPhoto {
+        photo: photo.name.clone(),
+        published: if options.keep_names { photo.name.clone() } else { format!("p{:03}", number + 1) },
+        size: published_size([photo.camera.width, photo.camera.height], options.longest),
     };
     photos.iter().enumerate().map(leaving).collect()
+}
+
+/// Returns the size at which a picture of this size is published, in pixels: its longer side at most `longest`.
+pub fn published_size([width, height]: [u32; 2], longest: u32) -> [u32; 2] {
+    let by = (f64::from(longest.min(MOST_SIDE)) / f64::from(width.max(height).max(1))).min(1.0);
+    [width, height].map(|side| ((f64::from(side) * by).round() as u32).max(1))
 }
 
 /// Publishes the site with these photos, in the site's order, from the project in the folder `project` as a page in the folder `out`.
