@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::format::CameraFormat;
 use super::formats::{FormatId, formats};
 use super::photo_name::short;
-use super::recognise::beginning;
+use super::recognise::{beginning, names_in};
 use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_files::text::{lines_of, not_utf16};
@@ -193,12 +193,4 @@ fn nothing_in(path: &Path) -> Error {
     let found = format!("no cameras in this folder or below it in {}", folders.join(", "));
     let remedy = format!("give {}; other programs can export to one of these", accepted());
     Error::input(path, "", found, remedy)
-}
-
-/// Lists the names of the files in a folder, sorted.
-fn names_in(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-    names.sort_unstable();
-    names
 }

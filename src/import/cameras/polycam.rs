@@ -15,7 +15,7 @@ use super::format::CameraFormat;
 use super::photo_paths::{Without, photo_paths};
 use super::pose::{CV_FROM_GL, pose_at, rotation_and_scale};
 use super::raw::RawCamera;
-use super::recognise::{beginning, holds};
+use super::recognise::{beginning, folder_of, holds};
 use super::reconstruction::ReconstructionFiles;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Lens, Pose};
@@ -55,11 +55,7 @@ impl CameraFormat for Polycam {
         if !is_one(&beginning(file)) {
             return None;
         }
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let mut names: Vec<String> =
-            entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-        names.sort_unstable();
+        let (folder, names) = folder_of(file);
         all(folder, &names).map(Ok)
     }
 

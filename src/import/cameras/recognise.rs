@@ -46,3 +46,17 @@ pub(super) fn recognised(
     let files = named.into_iter().take(LOOKED_INTO).map(|name| folder.join(name));
     files.filter(|file| is_one(&beginning(file))).collect()
 }
+
+/// Lists the names of the files in a folder, sorted.
+pub fn names_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// Returns the folder that a file is in, with the names of its files, sorted.
+pub fn folder_of(file: &Path) -> (&Path, Vec<String>) {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    (folder, names_in(folder))
+}

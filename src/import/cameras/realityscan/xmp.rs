@@ -11,7 +11,7 @@ use super::super::foreign_text::{number, numbers, parse_xml, read_text};
 use super::super::format::CameraFormat;
 use super::super::photo_paths::{Without, photo_paths};
 use super::super::pose::{of_rows, pose_at};
-use super::super::recognise::{beginning, holds, recognised};
+use super::super::recognise::{beginning, folder_of, holds, recognised};
 use super::super::reconstruction::ReconstructionFiles;
 use super::{Intrinsics, tangential_note};
 use quadratura_base::error::Result;
@@ -49,11 +49,7 @@ impl CameraFormat for RealityXmp {
         if !is_one(&beginning(file)) {
             return None;
         }
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-        let mut names: Vec<String> =
-            entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-        names.sort_unstable();
+        let (folder, names) = folder_of(file);
         Some(Ok(all(folder, &names)))
     }
 
