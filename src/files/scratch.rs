@@ -15,10 +15,10 @@ use quadratura_base::error::{Error, Result};
 pub struct Scratch {
     /// The folder that the file is in, for messages.
     folder: PathBuf,
-    opened: Mutex<Option<Opened>>,
+    opened: Mutex<Option<OpenedFile>>,
 }
 
-struct Opened {
+struct OpenedFile {
     file: File,
     /// The number of bytes that are taken.
     end: u64,
@@ -65,7 +65,7 @@ impl Scratch {
     /// # Errors
     /// [`Error::Io`].
     pub fn read<T: DeserializeOwned>(&self, place: ScratchPlace) -> Result<T> {
-        let read = |opened: &mut Opened| {
+        let read = |opened: &mut OpenedFile| {
             let mut bytes = vec![0; place.length as usize];
             opened.file.seek(SeekFrom::Start(place.at))?;
             opened.file.read_exact(&mut bytes)?;
@@ -74,12 +74,12 @@ impl Scratch {
         self.with_file(read).map_err(Error::io(&self.folder, "read back what did not fit into memory"))
     }
 
-    fn with_file<T>(&self, work: impl FnOnce(&mut Opened) -> std::io::Result<T>) -> std::io::Result<T> {
+    fn with_file<T>(&self, work: impl FnOnce(&mut OpenedFile) -> std::io::Result<T>) -> std::io::Result<T> {
         let mut opened = self.opened.lock().expect("no holder of this lock panics");
         if opened.is_none() {
             let file =
                 std::fs::create_dir_all(&self.folder).and_then(|()| tempfile::tempfile_in(&self.folder));
-            *opened = Some(Opened { file: file.or_else(|_| tempfile::tempfile())?, end: 0 });
+            *opened = Some(OpenedFile { file: file.or_else(|_| tempfile::tempfile())?, end: 0 });
         }
         work(opened.as_mut().expect("it was opened just now"))
     }

@@ -11,7 +11,7 @@ use quadratura_files::json::to_json;
 const VERSION: u32 = 1;
 
 #[derive(Serialize)]
-struct Cameras<'a> {
+struct CamerasFile<'a> {
     version: u32,
     origin: [f64; 3],
     cameras: Vec<Camera<'a>>,
@@ -33,7 +33,7 @@ struct Camera<'a> {
 /// Writes cameras as `cameras.json`; `origin` is the point of the world that is zero in their poses.
 pub fn cameras_json(cameras: &[HandoverCamera], origin: [f64; 3]) -> Vec<u8> {
     let cameras = cameras.iter().map(camera_of).collect();
-    to_json(&Cameras { version: VERSION, origin, cameras })
+    to_json(&CamerasFile { version: VERSION, origin, cameras })
 }
 
 fn camera_of(camera: &HandoverCamera) -> Camera<'_> {

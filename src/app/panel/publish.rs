@@ -18,7 +18,7 @@ const FOLDER: f32 = 270.0;
 const PHOTOS: f32 = 110.0;
 
 /// What a click in the dialog asks for.
-enum Answered {
+enum PublishChoice {
     Close,
     Keep,
     Publish,
@@ -45,10 +45,12 @@ pub fn publish_ui(
         buttons(ui, keys, &dialog, runs, requests)
     });
     match answer.inner {
-        Some(Answered::Close) => return,
+        Some(PublishChoice::Close) => return,
         _ if answer.escaped => return,
-        Some(Answered::Keep) => requests.push(PublishRequest::Keep(Box::new(dialog.clone())).into()),
-        Some(Answered::Publish) => requests.push(PublishRequest::Publish(Box::new(dialog.clone())).into()),
+        Some(PublishChoice::Keep) => requests.push(PublishRequest::Keep(Box::new(dialog.clone())).into()),
+        Some(PublishChoice::Publish) => {
+            requests.push(PublishRequest::Publish(Box::new(dialog.clone())).into())
+        }
         None => (),
     }
     *open = Some(dialog);
@@ -206,7 +208,7 @@ fn buttons(
     dialog: &PublishDialog,
     runs: bool,
     requests: &mut Vec<Request>,
-) -> Option<Answered> {
+) -> Option<PublishChoice> {
     let missing = dialog.missing();
     if let Some(problem) = missing.or(dialog.problem.as_deref()) {
         ui.colored_label(ui.visuals().warn_fg_color, problem);
@@ -234,9 +236,9 @@ fn buttons(
             }
         }
         match (go, keep.clicked(), close) {
-            (true, ..) => Some(Answered::Publish),
-            (_, true, _) => Some(Answered::Keep),
-            (.., true) => Some(Answered::Close),
+            (true, ..) => Some(PublishChoice::Publish),
+            (_, true, _) => Some(PublishChoice::Keep),
+            (.., true) => Some(PublishChoice::Close),
             _ => None,
         }
     })

@@ -21,12 +21,12 @@ pub struct Made<T> {
 }
 
 /// The handle of the builder: it makes a `T` for a request `W`. It ends when this is dropped, without anybody waiting for it.
-pub struct Builder<W, T>(Arc<Shared<W, T>>);
+pub struct Builder<W, T>(Arc<BuilderShared<W, T>>);
 
 /// The thread's side of the builder.
-pub struct Workbench<W, T>(Arc<Shared<W, T>>);
+pub struct Workbench<W, T>(Arc<BuilderShared<W, T>>);
 
-struct Shared<W, T> {
+struct BuilderShared<W, T> {
     state: Mutex<BuilderState<W, T>>,
     wake: Condvar,
     /// Tells that something was made.
@@ -43,7 +43,7 @@ struct BuilderState<W, T> {
     ends: bool,
 }
 
-impl<W, T> Shared<W, T> {
+impl<W, T> BuilderShared<W, T> {
     fn state(&self) -> MutexGuard<'_, BuilderState<W, T>> {
         // Nobody panics who holds this lock.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
@@ -63,7 +63,7 @@ impl<W: Send + 'static, T: Send + 'static> Builder<W, T> {
     ) -> Result<Self> {
         let state = BuilderState { request: None, making: None, made: Vec::new(), ends: false };
         let shared =
-            Arc::new(Shared { state: Mutex::new(state), wake: Condvar::new(), tell: Box::new(tell) });
+            Arc::new(BuilderShared { state: Mutex::new(state), wake: Condvar::new(), tell: Box::new(tell) });
         let one = ThreadPoolBuilder::new().num_threads(1).thread_name(|_| NAME.to_owned());
         let refused = |_| {
             let found = "the system cannot start another thread for layered depth images; close other programs, then \

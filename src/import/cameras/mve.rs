@@ -75,7 +75,7 @@ impl CameraFormat for Mve {
         for (done, file) in files.others.iter().enumerate() {
             task.step("read poses", done as u64, files.others.len() as u64)?;
             match read_text(file, "expected the description of a view", REMEDY) {
-                Ok(text) => match View::new(file, &text) {
+                Ok(text) => match ViewFile::new(file, &text) {
                     Some(view) => views.push(view),
                     None => without += 1,
                 },
@@ -110,14 +110,14 @@ fn all(folder: &Path, names: &[String]) -> Option<ReconstructionFiles> {
 }
 
 /// What a file says of its photo.
-struct View {
+struct ViewFile {
     place: String,
     name: String,
     intrinsics: Result<Intrinsics, Objection>,
     pose: Result<Pose, Objection>,
 }
 
-impl View {
+impl ViewFile {
     /// Reads a view; `None` for one without pose.
     fn new(file: &Path, text: &str) -> Option<Self> {
         let values = values(text);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::keeping::queue_mask;
 use crate::state::State;
 use crate::state::masking::keeping::MaskWork;
-use crate::state::masking::suggested::{NOTHING, SearchOutcome, ShownSuggestion};
+use crate::state::masking::suggested::{NOTHING, ShownSuggestion, TransientSearch};
 use crate::state::notes::{Note, Weight};
 use crate::state::panes::Pane;
 use crate::state::running::JobKind;
@@ -45,7 +45,7 @@ impl State {
         };
         let text = format!("{text} {UNSEEN}");
         self.masking.suggested.shown = true;
-        self.masking.suggested.outcome = Some(SearchOutcome { without });
+        self.masking.suggested.outcome = Some(TransientSearch { without });
         self.notify(Note::new(Weight::Info, text));
     }
 

@@ -271,12 +271,12 @@ fn suggestions_of_earlier_runs_are_read_once() {
 
 #[test]
 fn the_outcome_of_a_search_is_told_until_it_was_seen() {
-    use crate::state::masking::suggested::SearchOutcome;
+    use crate::state::masking::suggested::TransientSearch;
 
     let mut bench = TestBench::new();
     assert_eq!(bench.state.masking.outcome_in(bench.session(), PhotoId(0)), None);
     suggest(&mut bench, vec![suggestion(1, PHOTOS[0], block(0, 2))]);
-    bench.state.masking.suggested.outcome = Some(SearchOutcome { without: vec![PHOTOS[1].into()] });
+    bench.state.masking.suggested.outcome = Some(TransientSearch { without: vec![PHOTOS[1].into()] });
     let reported = |bench: &TestBench| {
         [0, 1, 2].map(|photo| bench.state.masking.outcome_in(bench.session(), PhotoId(photo)).is_some())
     };

@@ -23,7 +23,7 @@ pub struct Suggested {
     /// The suggestion under the pointer.
     pub pointed: Option<u32>,
     /// The outcome of the last search, until the user has seen it.
-    pub outcome: Option<SearchOutcome>,
+    pub outcome: Option<TransientSearch>,
     /// The suggestions that are offered, masked or not.
     pub list: Arc<Vec<ShownSuggestion>>,
     /// Whether what is hardly an object is offered, too.
@@ -57,7 +57,7 @@ impl Default for Suggested {
 }
 
 /// The outcome of a search.
-pub struct SearchOutcome {
+pub struct TransientSearch {
     /// The names of photos that were searched and have no transient objects.
     pub without: Vec<String>,
 }

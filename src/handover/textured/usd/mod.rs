@@ -19,7 +19,7 @@ use std::fmt::Write as _;
 
 use glam::{DMat3, DVec3};
 
-use self::text::{Names, matrix, quoted};
+use self::text::{PrimitiveNames, matrix, quoted};
 use super::{TexturePage, TexturedModel, WrittenFile};
 use crate::camera::HandoverCamera;
 
@@ -59,13 +59,13 @@ fn stage(model: &TexturedModel, cameras: &[HandoverCamera], generator: &str) -> 
         material::write(&mut text, name, &model.pages[first.expect("a material is that of a page")]);
     }
     text.push_str("    }\n\n    def Xform \"model\"\n    {\n");
-    let mut names = Names::default();
+    let mut names = PrimitiveNames::default();
     for object in model.objects.iter().filter(|object| !object.faces.is_empty()) {
         mesh::write(&mut text, &names.name(&object.name), object, &materials);
     }
     text.push_str("    }\n\n    def Xform \"cameras\"\n    {\n");
     let clipping = CLIPPING.map(|share| share * extent(model, cameras));
-    let mut names = Names::default();
+    let mut names = PrimitiveNames::default();
     for camera in cameras {
         camera::write(&mut text, &names.name(&camera.name), camera, clipping);
     }
@@ -83,7 +83,7 @@ struct Materials<'a> {
 
 impl<'a> Materials<'a> {
     fn new(pages: &'a [TexturePage]) -> Self {
-        let (mut sets, mut names) = (Vec::new(), Names::default());
+        let (mut sets, mut names) = (Vec::new(), PrimitiveNames::default());
         let mut of_page = Vec::with_capacity(pages.len());
         for page in pages {
             let known = sets.iter().position(|set| *set == page.set());

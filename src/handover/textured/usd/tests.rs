@@ -63,7 +63,7 @@ fn a_concave_face_is_written_as_triangles_of_one_face() {
 
 #[test]
 fn names_of_primitives_are_identifiers_and_unique() {
-    let mut names = Names::default();
+    let mut names = PrimitiveNames::default();
     let found = ["a b", "a.b", "3", "", "é"].map(|name| names.name(name));
     assert_eq!(found, ["a_b", "a_b_2", "_3", "_", "__2"]);
     assert_eq!(quoted("a \"b\"\\\n"), "\"a \\\"b\\\"\\\\\\n\"");

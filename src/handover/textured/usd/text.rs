@@ -7,11 +7,11 @@ use glam::DVec3;
 
 /// Names of primitives below one parent: letters, digits and underscores, not beginning with a digit, each once.
 #[derive(Default)]
-pub(super) struct Names {
+pub(super) struct PrimitiveNames {
     used: BTreeSet<String>,
 }
 
-impl Names {
+impl PrimitiveNames {
     /// Returns the name for something, unlike all before.
     pub fn name(&mut self, wanted: &str) -> String {
         let allowed = |letter: char| if letter.is_ascii_alphanumeric() { letter } else { '_' };
