@@ -1,14 +1,14 @@
-"""A browser that tests drive by the DevTools protocol, over the one websocket that it needs. Python's standard library alone."""
+"""Chromium, driven by the DevTools protocol. Python's standard library alone."""
 
 import base64
 import json
 import os
-import socket
-import struct
 import subprocess
 import tempfile
 import time
 import urllib.request
+
+from websocket import Websocket
 
 
 class Browser:
@@ -25,7 +25,7 @@ class Browser:
             page = next(target for target in json.load(answer) if target["type"] == "page")
         self.events = []
         self.number = 0
-        self._connect(port, page["webSocketDebuggerUrl"].split(f":{port}", 1)[1])
+        self.socket = Websocket(port, page["webSocketDebuggerUrl"].split(f":{port}", 1)[1])
         for domain in ["Page", "Runtime", "Log", "Network"]:
             self.call(f"{domain}.enable")
         self.call("Network.setCacheDisabled", cacheDisabled=True)
@@ -39,37 +39,12 @@ class Browser:
             time.sleep(0.05)
         raise RuntimeError("the browser does not start")
 
-    def _connect(self, port, path):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=300)
-        key = base64.b64encode(os.urandom(16)).decode()
-        self.socket.sendall((f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-                             f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n\r\n").encode())
-        self.file = self.socket.makefile("rb")
-        while self.file.readline().strip():
-            pass
-
-    def _receive(self):
-        text = b""
-        while True:
-            head = self.file.read(2)
-            length = head[1] & 127
-            if length == 126:
-                length = struct.unpack(">H", self.file.read(2))[0]
-            elif length == 127:
-                length = struct.unpack(">Q", self.file.read(8))[0]
-            text += self.file.read(length)
-            if head[0] & 128:
-                return json.loads(text)
-
     def call(self, method, **parameters):
         """Calls a method of the protocol and returns its result; events meanwhile are kept."""
         self.number += 1
-        text = json.dumps({"id": self.number, "method": method, "params": parameters}).encode()
-        head = b"\x81" + (struct.pack(">BH", 254, len(text)) if 125 < len(text) < 65536 else
-                          struct.pack(">B", 128 | len(text)) if len(text) < 126 else struct.pack(">BQ", 255, len(text)))
-        self.socket.sendall(head + b"\0\0\0\0" + text)
+        self.socket.send({"id": self.number, "method": method, "params": parameters})
         while True:
-            answer = self._receive()
+            answer = self.socket.receive()
             if answer.get("id") == self.number:
                 if "error" in answer:
                     raise RuntimeError(f"{method}: {answer['error']['message']}")

@@ -1,74 +1,24 @@
-"""Looks at a page as a visitor does: python3 tests/page/check.py PAGE CHROMIUM [EXPECTED [AXE]]
+"""Looks at a page as a visitor does: python3 tests/page/check.py PAGE CHROMIUM [EXPECTED [AXE [EMULATOR]]]
 
 PAGE is the folder of a page. It is opened from disk and over http, below a path with spaces, from servers that answer wrongly, by keys,
 by touch, and in narrow windows. EXPECTED is a folder with views.json and pictures that the program rendered of these views: the page has
-to show the same. AXE is the script of axe-core, which looks for what keeps people out. Every fault is a line; the exit status is 1 where there is one.
+to show the same. AXE is the script of axe-core, which looks for what keeps people out, and EMULATOR that of
+iwer, which emulates a headset. Every fault is a line; the exit status is 1 where there is one.
 """
 
-import functools
-import http.server
 import json
 import os
 import shutil
 import sys
 import tempfile
-import threading
-import time
 import urllib.parse
 
 from browser import Browser
 from likeness import likeness
+from pages import Handler, accessibility, expect, faults, from_disk_and_over_http, in_a_headset, local, opened, served
 
-STATE = "document.documentElement && document.documentElement.dataset.state"
 # Frames on the processor take long, and other work may go on beside.
 SMALL = (360, 240)
-
-faults = []
-
-
-def expect(holds, what):
-    print(("ok    " if holds else "FAULT ") + what, flush=True)
-    if not holds:
-        faults.append(what)
-
-
-class Handler(http.server.SimpleHTTPRequestHandler):
-    """A plain server, which answers wrongly for some names."""
-
-    wrong = {}
-
-    def log_message(self, *_):
-        pass
-
-    def do_GET(self):
-        name = urllib.parse.unquote(self.path).rsplit("/", 1)[-1]
-        if name not in self.wrong:
-            return super().do_GET()
-        status, body = self.wrong[name]
-        self.send_response(status)
-        self.send_header("Content-Type", "text/html")
-        self.end_headers()
-        self.wfile.write(body)
-
-
-def served(folder):
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=folder))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    return server
-
-
-def opened(browser, address, seconds=300):
-    browser.events = []
-    browser.open(address)
-    return browser.wait(STATE, seconds)
-
-
-def from_disk_and_over_http(browser, page, base):
-    for how, address in [("from disk", f"file://{urllib.parse.quote(page)}/index.html"), ("over http", base)]:
-        expect(opened(browser, address) in ("walking", "drawn"), f"{how} it opens")
-        expect(not browser.messages(), f"{how} nothing is refused or thrown: {browser.messages()[:3]}")
-    others = [url for url in browser.requests() if not url.startswith((base.rsplit("/", 1)[0], "blob:", "data:", "about:"))]
-    expect(not others, f"no other host is asked: {others[:3]}")
 
 
 def by_keys(browser):
@@ -182,7 +132,7 @@ def likenesses(browser, page, expected):
             exact = dict(view, exposure="raw", around=False) if kind == "raw" else view
             browser.resize(*view["size"])
             if not found or found[-1][0] != kind:
-                opened(browser, f"file://{urllib.parse.quote(page)}/index.html#exact=" + urllib.parse.quote(json.dumps(exact)))
+                opened(browser, local(page) + "#exact=" + urllib.parse.quote(json.dumps(exact)))
                 browser.wait("Boolean(quadratura.drawExactly)")
             browser.evaluate(f"quadratura.drawExactly(quadratura.exactView({json.dumps(exact)}), quadratura.FINEST)")
             shown = os.path.join(tempfile.gettempdir(), f"page-{os.getpid()}.png")
@@ -196,32 +146,42 @@ def likenesses(browser, page, expected):
     browser.resize(*SMALL)
 
 
-def accessibility(browser, base, axe):
-    source = open(axe).read()
-    for scheme in ["light", "dark"]:
-        browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
-        opened(browser, base)
-        browser.evaluate("document.getElementById('places-button').click()")
-        browser.evaluate(source + ";0")
-        found = browser.evaluate("axe.run().then((result) => result.violations.map((violation) => violation.help))")
-        expect(not found, f"axe-core finds nothing in the {scheme} scheme: {found}")
+def slowly(browser, base):
+    """Chunks that arrive late, and in another order than they are asked for."""
+    Handler.late_s = {"geometry.js": 2.0, "near-1.js": 3.0, "site.js": 0.5}
+    expect(opened(browser, base) in ("walking", "drawn"), "over a slow network it opens")
+    expect(browser.wait("quadratura.walker.painter.textures.isComplete()", 120), "over a slow network everything arrives")
+    Handler.late_s = {}
 
 
-def main(page, chromium, expected=None, axe=None):
+def in_two_tabs(browser, base):
+    opened(browser, base)
+    browser.evaluate("localStorage.length + document.cookie.length") == 0 or expect(False, "nothing is stored")
+    with Browser(sys.argv[2], *SMALL) as other:
+        expect(opened(other, base) in ("walking", "drawn"), "in a second tab it opens")
+    expect(browser.evaluate("quadratura.walker.painter.gl.isContextLost()") is False, "the first tab goes on")
+
+
+def main(page, chromium, expected=None, axe=None, emulator=None):
     with tempfile.TemporaryDirectory() as folder, Browser(chromium, *SMALL) as browser:
         place = os.path.join(folder, "the squ\u00e4re & more")
         shutil.copytree(page, place)
         server = served(folder)
         base = f"http://127.0.0.1:{server.server_port}/" + urllib.parse.quote("the squ\u00e4re & more/index.html")
-        from_disk_and_over_http(browser, page, base)
+        from_disk_and_over_http(browser, page, base, ("walking", "drawn"))
         shared = by_keys(browser)
         by_touch(browser)
         addresses(browser, base, shared)
         in_narrow_windows(browser, base)
         wrong_data(browser, place, base)
+        slowly(browser, base)
+        in_two_tabs(browser, base)
         lost_context(browser, base)
         if axe:
-            accessibility(browser, base, axe)
+            accessibility(browser, base, axe, "document.getElementById('places-button').click()")
+        if emulator:
+            halves = in_a_headset(browser, base, emulator)
+            expect(min(sum(halves[:3]), sum(halves[4:7])) > 30, f"both eyes see something: {halves}")
         if expected:
             likenesses(browser, page, expected)
     return 1 if faults else 0

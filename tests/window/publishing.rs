@@ -39,6 +39,14 @@ fn a_page_with_a_text_is_published_what_it_says_is_kept_and_undo_takes_it_back()
     assert_eq!(present(harness.state()).texts, []);
     harness.state_mut().dialogs.publish.as_mut().unwrap().texts[0].at = "church.facade[0]:0".into();
     harness.step();
+    press(&mut harness, "Preview");
+    wait(&mut harness, "the preview", |editor| {
+        editor.dialogs.publish.as_ref().is_some_and(|dialog| dialog.done.is_some())
+    });
+    appears(&mut harness, "Nothing is published yet.");
+    assert!(project.join("cache/page/index.html").is_file() && !project.join("page").exists());
+    assert_eq!(present(harness.state()).texts, [], "a preview keeps nothing in the project");
+    harness.state_mut().dialogs.publish.as_mut().unwrap().done = None;
     press(&mut harness, "Publish");
     wait(&mut harness, "the page", |editor| {
         editor.dialogs.publish.as_ref().is_some_and(|dialog| dialog.done.is_some())

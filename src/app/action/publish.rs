@@ -12,12 +12,16 @@ use crate::work::jobs::arrival;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::Photo;
 use quadratura_document::{PlaceText, Project};
-use quadratura_exports::page::{Published, publish};
+use quadratura_exports::page::{PageOptions, Published, publish};
 use quadratura_gpu::start_device;
 use quadratura_io::programs::open_with_system;
 use quadratura_sites::budget::default_memory;
 use quadratura_sites::open::Opened;
 use quadratura_views::frame::point_named;
+
+/// The folder of previews in the project folder, and the longest side of photos there, in pixels.
+const PREVIEW: &str = "cache/page";
+const PREVIEW_SIDE: u32 = 1024;
 
 /// Applies a request about the site as a web page.
 pub fn apply(state: &mut State, work: &mut Work, request: PublishRequest) {
@@ -26,7 +30,12 @@ pub fn apply(state: &mut State, work: &mut Work, request: PublishRequest) {
         PublishRequest::Keep(dialog) => drop(state.keep_page(&dialog)),
         PublishRequest::Publish(dialog) => {
             if state.keep_page(&dialog) {
-                start(state, work, &dialog);
+                publish_page(state, work, &dialog);
+            }
+        }
+        PublishRequest::Preview(dialog) => {
+            if let Some(project) = state.project_with_page(&dialog) {
+                preview_page(state, work, &dialog, project);
             }
         }
         PublishRequest::Open(folder) => open_page(state, &folder),
@@ -42,21 +51,63 @@ fn open_page(state: &mut State, folder: &Path) {
     }
 }
 
-/// Writes the page of the project as it is now.
-fn start(state: &mut State, work: &mut Work, dialog: &PublishDialog) {
+/// Publishes the page of the project as it is now.
+fn publish_page(state: &mut State, work: &mut Work, dialog: &PublishDialog) {
+    let Some(session) = &state.session else { return };
+    let project = Project::clone(session.history.present());
+    let (out, options) = (session.folder.join(dialog.folder.trim()), dialog.options(default_memory()));
+    let budget = options.budget;
+    write_page(
+        state,
+        work,
+        (dialog, project),
+        (out, options),
+        "Publishing a web page",
+        move |state, done| {
+            state.page_published(&done, budget);
+        },
+    );
+}
+
+/// Shows the page as it would be, with small photos.
+fn preview_page(state: &mut State, work: &mut Work, dialog: &PublishDialog, project: Project) {
+    let Some(session) = &state.session else { return };
+    let out = session.folder.join(PREVIEW);
+    let longest = dialog.longest.min(PREVIEW_SIDE);
+    let options = PageOptions { longest, ..dialog.options(default_memory()) };
+    write_page(
+        state,
+        work,
+        (dialog, project),
+        (out, options),
+        "Making a preview of the web page",
+        |state, done| {
+            state.page_previewed(done.folder);
+        },
+    );
+}
+
+/// Writes a page of a project in the background, and hands it to `arrived`.
+fn write_page(
+    state: &mut State,
+    work: &mut Work,
+    (dialog, project): (&PublishDialog, Project),
+    (out, options): (PathBuf, PageOptions),
+    title: &str,
+    arrived: impl FnOnce(&mut State, Published) + Send + 'static,
+) {
     let Some(session) = &state.session else { return };
     let (folder, lock) = (session.folder.clone(), session.lock.clone());
-    let opened = session.opened.with_project(&folder, Project::clone(session.history.present()));
-    let (out, options) = (folder.join(dialog.folder.trim()), dialog.options(default_memory()));
+    let opened = session.opened.with_project(&folder, project);
     let chosen: Vec<_> = dialog.chosen().map(|photo| photo.id).collect();
     let stacks = work.live.stacks.clone();
-    work.jobs.start(&mut state.running, JobKind::Export, "Publishing a web page", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Export, title, move |task| {
         // Files of layers that are being updated are read when they are complete.
         let _locks = (lock, stacks.take());
         let photos: Vec<&Photo> = chosen.iter().map(|id| opened.site.photo(*id)).collect();
         let device = start_device()?;
         let published = publish(&folder, &opened, &photos, &out, &options, &*device, task)?;
-        Ok(arrival(move |state| state.page_published(&published, options.budget)))
+        Ok(arrival(move |state| arrived(state, published)))
     });
 }
 
@@ -80,30 +131,39 @@ impl State {
     /// Keeps in the project what the page says, as one step that can be undone; returns false, and says why in the dialog, where that is
     /// not possible.
     pub fn keep_page(&mut self, dialog: &PublishDialog) -> bool {
-        let Some(session) = self.session.as_ref().filter(|session| session.folder == dialog.project) else {
-            return false;
-        };
+        let Some(project) = self.project_with_page(dialog) else { return false };
+        let is_new = self.session.as_ref().is_some_and(|session| project != **session.history.present());
+        if is_new {
+            self.edit("what the web page says", project, None);
+        }
+        true
+    }
+
+    /// Returns the project with what the page says; without one, the dialog says why.
+    fn project_with_page(&mut self, dialog: &PublishDialog) -> Option<Project> {
+        let session = self.session.as_ref().filter(|session| session.folder == dialog.project)?;
         let mut project = Project::clone(session.history.present());
         let opened = session.opened.with_project(&session.folder, project.clone());
-        match placed_texts(dialog, &opened) {
-            Ok(texts) => {
-                (project.texts, project.page) = (texts, dialog.page());
-                if project != **session.history.present() {
-                    self.edit("what the web page says", project, None);
-                }
-                self.say_of_page(None);
-                true
-            }
-            Err(error) => {
-                self.say_of_page(Some(error.to_string()));
-                false
-            }
-        }
+        let texts = placed_texts(dialog, &opened);
+        self.say_of_page(texts.as_ref().err().map(ToString::to_string));
+        (project.texts, project.page) = (texts.ok()?, dialog.page());
+        Some(project)
     }
 
     fn say_of_page(&mut self, problem: Option<String>) {
         if let Some(dialog) = &mut self.dialogs.publish {
             dialog.problem = problem;
+        }
+    }
+
+    /// Takes in a preview that was written.
+    pub fn page_previewed(&mut self, folder: PathBuf) {
+        let text = format!(
+            "The preview is ready, with photos of {PREVIEW_SIDE} pixels at most. Nothing is published yet."
+        );
+        self.notify(Note::new(Weight::Info, text.clone()));
+        if let Some(dialog) = &mut self.dialogs.publish {
+            (dialog.report, dialog.done) = (vec![text], Some(folder));
         }
     }
 

@@ -21,6 +21,7 @@ const PHOTOS: f32 = 110.0;
 enum PublishChoice {
     Close,
     Keep,
+    Preview,
     Publish,
 }
 
@@ -48,6 +49,9 @@ pub fn publish_ui(
         Some(PublishChoice::Close) => return,
         _ if answer.escaped => return,
         Some(PublishChoice::Keep) => requests.push(PublishRequest::Keep(Box::new(dialog.clone())).into()),
+        Some(PublishChoice::Preview) => {
+            requests.push(PublishRequest::Preview(Box::new(dialog.clone())).into())
+        }
         Some(PublishChoice::Publish) => {
             requests.push(PublishRequest::Publish(Box::new(dialog.clone())).into())
         }
@@ -219,6 +223,8 @@ fn buttons(
         let size = vec2(96.0, 28.0);
         let publish = Button::new(RichText::new("Publish").strong()).min_size(size);
         let go = keys.press(&ui.add_enabled(missing.is_none() && !runs, publish));
+        let preview = ui.add_enabled(missing.is_none() && !runs, Button::new("Preview").min_size(size));
+        let preview = preview.on_hover_text("Makes the page with small photos, to be looked at in your browser. Nothing is kept in the project.");
         let keep = ui.add(Button::new("Keep texts").min_size(size));
         let keep = keep.on_hover_text(
             "Keeps title, credits, licence and texts in the project without writing the page.",
@@ -235,12 +241,13 @@ fn buttons(
                 requests.push(RoundTripRequest::ShowFolder(done.clone()).into());
             }
         }
-        match (go, keep.clicked(), close) {
-            (true, ..) => Some(PublishChoice::Publish),
-            (_, true, _) => Some(PublishChoice::Keep),
-            (.., true) => Some(PublishChoice::Close),
-            _ => None,
-        }
+        let choices = [
+            (go, PublishChoice::Publish),
+            (preview.clicked(), PublishChoice::Preview),
+            (keep.clicked(), PublishChoice::Keep),
+            (close, PublishChoice::Close),
+        ];
+        choices.into_iter().find_map(|(is_chosen, choice)| is_chosen.then_some(choice))
     })
     .inner
 }

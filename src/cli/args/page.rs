@@ -16,7 +16,8 @@ pub struct PageArgs {
     /// The longest side of published photos, in pixels [default: 4096]
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(64..=i64::from(MOST_SIDE)))]
     pub longest: Option<u32>,
-    /// The size that the page should not exceed, in megabytes; a larger one is written all the same, and said [default: 150]
+    /// The size that the page should not exceed, in megabytes: where it would, those photos are published that together show most of
+    /// the site well [default: 150]
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..))]
     pub budget: Option<u64>,
     /// Who is to be named below the page, such as photographers; may be given several times [default: those of `text about`]

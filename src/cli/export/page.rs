@@ -9,7 +9,7 @@ use super::super::fill::note_stale_fillings;
 use super::super::table::counted;
 use quadratura_base::error::Result;
 use quadratura_base::task::Task;
-use quadratura_exports::page::{Published, leaving, publish};
+use quadratura_exports::page::{Publication, Published};
 use quadratura_gpu::Gpu;
 use quadratura_io::programs::open_with_system;
 use quadratura_sites::open::Opened;
@@ -20,12 +20,13 @@ pub fn run(args: &ExportArgs, opened: &Opened, task: &Task) -> Result<Outcome> {
     let photos = opened.photos_named(&chosen.names)?;
     let options = args.page.options(args.memory.or_default());
     note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
-    for photo in leaving(&photos, &options) {
+    let gpu = task.timed("start the GPU", Gpu::headless)?;
+    let publication = Publication::prepare(&args.project, opened, &photos, &options, &gpu, task)?;
+    for photo in publication.photos() {
         let [width, height] = photo.size;
         task.note(format!("{} is published as {}, {width} x {height} pixels", photo.photo, photo.published));
     }
-    let gpu = task.timed("start the GPU", Gpu::headless)?;
-    let done = publish(&args.project, opened, &photos, &args.out, &options, &gpu, task)?;
+    let done = publication.write(&args.out, task)?;
     for spared in &done.spared {
         task.note(format!("{} holds other files, or was changed, and is kept", spared.display()));
     }

@@ -12,11 +12,14 @@
 //! | `dome` | what is around |
 //! | `safe` | where a visitor is kept |
 //! | `description` | what the viewer is told first |
-//! | `photos` | photos as chunks |
+//! | `photos`, `tile_chunk` | photos and pages of tiles as chunks |
 //! | `place_texts` | texts at places |
 //! | `texts` | the page without its viewer |
+//! | `choose` | which of many photos are published |
 //! | `write` | all files |
+//! | `publication` | a page before it is written |
 
+mod choose;
 mod description;
 mod dome;
 mod geometry;
@@ -26,24 +29,23 @@ mod photo;
 mod photos;
 mod place_texts;
 mod plane;
+mod publication;
 mod safe;
 mod shelf;
 mod texts;
+mod tile_chunk;
 mod tiles;
 mod write;
 
 use std::path::Path;
 
 pub use self::options::{LeavingPhoto, MOST_SIDE, PageOptions, PagePart, Published};
-
-use self::write::PageWriter;
-use quadratura_base::error::{Error, Result};
-use quadratura_base::scene::{Photo, PhotoId};
+pub use self::publication::Publication;
+use quadratura_base::error::Result;
+use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
 use quadratura_layers::device::SiteDevice;
-use quadratura_page::place::{place_of_page, put};
 use quadratura_sites::open::Opened;
-use quadratura_views::preview::{self, PreviewOptions};
 
 /// Returns the photos that a page would publish: their names there, and their sizes.
 pub fn leaving(photos: &[&Photo], options: &PageOptions) -> Vec<LeavingPhoto> {
@@ -64,8 +66,7 @@ pub fn published_size([width, height]: [u32; 2], longest: u32) -> [u32; 2] {
 /// Publishes the site with these photos, in the site's order, from the project in the folder `project` as a page in the folder `out`.
 ///
 /// # Errors
-/// Returns the errors of [`preview::open`], [`Error::Request`] for a viewpoint that the project does not have and for no photos,
-/// [`Error::Io`], or [`Error::Cancelled`].
+/// Returns the errors of [`Publication::prepare`] and [`Publication::write`].
 pub fn publish(
     project: &Path,
     opened: &Opened,
@@ -75,19 +76,5 @@ pub fn publish(
     device: &dyn SiteDevice,
     task: &Task,
 ) -> Result<Published> {
-    if photos.is_empty() {
-        return Err(Error::Request("a page needs one photo at least".into()));
-    }
-    let site = &opened.site;
-    let mut ids: Vec<PhotoId> = photos.iter().filter_map(|photo| site.photo_named(&photo.name)).collect();
-    ids.sort_unstable();
-    let mut preview =
-        preview::open(project, &opened.project, site, device, &PreviewOptions::default(), task)?;
-    let without: Vec<PhotoId> = site.photo_ids().filter(|id| !ids.contains(id)).collect();
-    let parts = preview.parts(&without, task)?;
-    let place = place_of_page(out);
-    let mut writer = PageWriter::new(opened, &ids, leaving(photos, options), &parts, options)?;
-    let files = put(&place, |folder| writer.write(folder, &mut preview, task))?;
-    preview.problems().into_iter().for_each(|problem| task.note(problem));
-    Ok(writer.published(place, &files))
+    Publication::prepare(project, opened, photos, options, device, task)?.write(out, task)
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::labels::ByteLabels;
 use super::plane::halved;
 use quadratura_base::geometry::Pinhole;
-use quadratura_base::scene::PhotoId;
+use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_projection::Server;
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_sites::site_parts::SiteParts;
@@ -20,7 +20,7 @@ const BEYOND: f64 = 0.35;
 /// The heights that are tried, in those of a usual camera over the ground.
 const HEIGHTS: [f64; 6] = [0.6, 0.8, 1.0, 1.5, 2.5, 4.0];
 /// The largest penalty of a photo that shows a point well enough.
-const WELL: f64 = 0.6;
+pub const WELL: f64 = 0.6;
 /// Photos look one way, and show what is behind them in other photos at most. A place is good enough where they show a half of what they
 /// show from a usual camera.
 const OF_USUAL: f64 = 0.5;
@@ -72,6 +72,39 @@ impl PhotoMap {
 /// Returns the plane of confidence that [`PhotoMap::new`] takes.
 pub fn half_trust(trust: &[u8], size: [usize; 2]) -> Vec<u8> {
     halved(trust, size, |_| true)
+}
+
+/// A point of the model that is seen from a place.
+pub struct SeenPoint {
+    /// The point, in world coordinates.
+    pub point: DVec3,
+    face: FaceId,
+    /// Whether its back is seen.
+    back: bool,
+}
+
+impl SeenPoint {
+    /// Returns what may show the point.
+    pub fn servers<'a>(&self, parts: &'a SiteParts) -> impl Iterator<Item = &'a Server> {
+        let back = self.back;
+        parts.skirts.sources.servers_of(self.face).iter().filter(move |server| server.back == back)
+    }
+}
+
+/// Returns what is seen of the model from a place, in directions all around.
+pub fn seen_from(parts: &SiteParts, surface: &ModelSurface, up: DVec3, place: DVec3) -> Vec<SeenPoint> {
+    let (a, b) = up.any_orthonormal_pair();
+    let directions = (0..AROUND).flat_map(|turn| {
+        let angle = f64::from(turn) / f64::from(AROUND) * std::f64::consts::TAU;
+        TILTS.map(|tilt| a * angle.cos() + b * angle.sin() + up * tilt)
+    });
+    let seen = |direction: DVec3| {
+        let hit = surface.nearest(place, direction)?;
+        let point = place + direction * hit.t;
+        let normal = parts.skirts.model.face(hit.face).plane.normal;
+        Some(SeenPoint { point, face: hit.face, back: normal.dot(place - point) < 0.0 })
+    };
+    directions.filter_map(seen).collect()
 }
 
 /// The search.
@@ -141,26 +174,15 @@ impl SafeSearch<'_> {
 
     /// Returns the share of what is seen from a place, in all directions, that photos show well enough.
     fn shown_well(&self, place: DVec3) -> f64 {
-        let (a, b) = self.up.any_orthonormal_pair();
-        let (mut well, mut all) = (0u32, 0u32);
-        for turn in 0..AROUND {
-            let angle = f64::from(turn) / f64::from(AROUND) * std::f64::consts::TAU;
-            for tilt in TILTS {
-                let direction = a * angle.cos() + b * angle.sin() + self.up * tilt;
-                let Some(hit) = self.surface.nearest(place, direction) else { continue };
-                let point = place + direction * hit.t;
-                all += 1;
-                let model = &self.parts.skirts.model;
-                let back = model.face(hit.face).plane.normal.dot(place - point) < 0.0;
-                let servers = self.parts.skirts.sources.servers_of(hit.face).iter();
-                well +=
-                    u32::from(servers.filter(|server| server.back == back).any(|server| {
-                        self.penalty(server, point, place).is_some_and(|penalty| penalty < WELL)
-                    }));
-            }
-        }
+        let seen = seen_from(self.parts, self.surface, self.up, place);
+        let is_well = |seen: &&SeenPoint| {
+            let mut servers = seen.servers(self.parts);
+            servers
+                .any(|server| self.penalty(server, seen.point, place).is_some_and(|penalty| penalty < WELL))
+        };
         // Where hardly anything is seen there is nothing to walk to.
-        if all >= AROUND { f64::from(well) / f64::from(all) } else { 0.0 }
+        let well = seen.iter().filter(is_well).count();
+        if seen.len() >= AROUND as usize { well as f64 / seen.len() as f64 } else { 0.0 }
     }
 
     fn penalty(&self, server: &Server, point: DVec3, place: DVec3) -> Option<f64> {

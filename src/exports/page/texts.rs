@@ -23,10 +23,6 @@ pub struct PageTexts<'a> {
 
 /// Returns the HTML.
 pub fn index(texts: &PageTexts) -> String {
-    let scripts: String = viewer::scripts()
-        .iter()
-        .map(|(name, _)| format!("<script src=\"code/{name}\" defer></script>\n"))
-        .collect();
     let preloads: String = texts
         .first_chunks
         .iter()
@@ -46,12 +42,12 @@ pub fn index(texts: &PageTexts) -> String {
         ("title", title.as_str()),
         ("version", env!("CARGO_PKG_VERSION")),
         ("views", &views),
-        ("scripts", &scripts),
+        ("scripts", &viewer::SITE.script_elements()),
         ("preloads", &preloads),
         ("articles", &articles),
         ("credits", &credits(texts)),
     ];
-    filled(viewer::INDEX, &values)
+    filled(viewer::SITE.index, &values)
 }
 
 /// Returns a text as it is read without the viewer.

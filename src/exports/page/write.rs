@@ -13,16 +13,16 @@ use super::options::{LeavingPhoto, PageOptions, PagePart, Published};
 use super::photo::composed;
 use super::photos::{IN_A_CHUNK, PackedPhoto, PhotoPacking, PhotoToPack};
 use super::place_texts::{DescribedText, described_texts};
-use super::plane::{differences, in_8_steps, in_16_steps};
 use super::safe::{PhotoMap, SafeSearch, half_trust};
 use super::texts::{PageTexts, index};
-use super::tiles::{PAGE, TilePage, TilePages};
+use super::tile_chunk::TileKind;
+use super::tiles::{TilePage, TilePages};
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::{PhotoId, up};
 use quadratura_base::task::Task;
 use quadratura_page::chunk::{Chunk, description};
-use quadratura_page::pictures::{photo_jpeg, small_jpeg};
+use quadratura_page::pictures::small_jpeg;
 use quadratura_page::place::{PageFile, PageFolder, PagePlace};
 use quadratura_page::viewer;
 use quadratura_projection::Renders;
@@ -35,8 +35,6 @@ use quadratura_views::preview::Preview;
 const PICTURE: [u32; 2] = [1280, 800];
 /// Their quality.
 const PICTURE_QUALITY: u8 = 80;
-/// Hidden texels are seen in narrow strips: their quality is lower by this.
-const HIDDEN_LOWER: u8 = 10;
 /// The logarithms of sky factors are stored in steps of this.
 const SKY_STEP: f32 = 1.0 / 4096.0;
 
@@ -75,6 +73,16 @@ struct WrittenPhotos {
     cut: TilePages,
     hidden_pages: Vec<DescribedPage>,
     cut_pages: Vec<DescribedPage>,
+}
+
+impl WrittenPhotos {
+    /// Returns the pages of a kind of tiles, and what is listed of those that are written.
+    fn tiles(&mut self, kind: TileKind) -> (&mut TilePages, &mut Vec<DescribedPage>) {
+        match kind {
+            TileKind::Hidden => (&mut self.hidden, &mut self.hidden_pages),
+            TileKind::Cut => (&mut self.cut, &mut self.cut_pages),
+        }
+    }
 }
 
 impl<'a> PageWriter<'a> {
@@ -137,10 +145,9 @@ impl<'a> PageWriter<'a> {
     /// # Errors
     /// Those of reading layers, of drawing and of writing; [`Error::Cancelled`].
     pub fn write(&mut self, folder: &mut PageFolder, preview: &mut Preview, task: &Task) -> Result<()> {
-        for (name, content) in viewer::scripts() {
-            folder.write(&format!("code/{name}"), content.as_bytes())?;
+        for (name, content) in viewer::SITE.files() {
+            folder.write(&name, content.as_bytes())?;
         }
-        folder.write("viewer.css", viewer::STYLE.as_bytes())?;
         let mut written = self.write_photos(folder, task)?;
         let [hidden, cut] = [&written.hidden.placed[..], &written.cut.placed[..]];
         let inputs = GeometryInputs {
@@ -198,24 +205,21 @@ impl<'a> PageWriter<'a> {
                 written.far.push(name);
             }
             for tiled in &photo.tiled {
-                let (pages, listed, name, times_matte) = match tiled.has_matte {
-                    false => (&mut written.hidden, &mut written.hidden_pages, "hidden", false),
-                    true => (&mut written.cut, &mut written.cut_pages, "cut", true),
-                };
-                let quality = self.options.quality.saturating_sub(HIDDEN_LOWER).max(1);
-                pages.add(tiled, |page| write_page(folder, &page, (name, times_matte, quality), listed))?;
+                let kind = TileKind::of(tiled);
+                let (pages, listed) = written.tiles(kind);
+                pages.add(tiled, |page| write_page(folder, &page, kind, self.options.quality, listed))?;
             }
             let size = photo.size.map(|side| side as usize);
             written.maps.push(PhotoMap::new(&labels.of_pixel, half_trust(&photo.trust, size), size));
-            written.labels.push(labels);
+            // Labels of pixels are written; those of layers are for the geometry.
+            written.labels.push(ByteLabels { of_pixel: Vec::new(), ..labels });
             written.described.push(packed.described);
         }
-        let quality = self.options.quality.saturating_sub(HIDDEN_LOWER).max(1);
-        if let Some(page) = written.hidden.last() {
-            write_page(folder, &page, ("hidden", false, quality), &mut written.hidden_pages)?;
-        }
-        if let Some(page) = written.cut.last() {
-            write_page(folder, &page, ("cut", true, self.options.quality), &mut written.cut_pages)?;
+        for kind in [TileKind::Hidden, TileKind::Cut] {
+            let (pages, listed) = written.tiles(kind);
+            if let Some(page) = pages.last() {
+                write_page(folder, &page, kind, self.options.quality, listed)?;
+            }
         }
         Ok(written)
     }
@@ -371,24 +375,18 @@ fn chunk(folder: &mut PageFolder, name: &str, content: &Chunk) -> Result<()> {
     folder.write(&format!("data/{name}.js"), &content.script(name))
 }
 
+/// Writes a page of tiles, which has these names, and lists it.
 fn write_page(
     folder: &mut PageFolder,
     page: &TilePage,
-    (kind, times_matte, quality): (&str, bool, u8),
+    kind: TileKind,
+    quality: u8,
     listed: &mut Vec<DescribedPage>,
 ) -> Result<()> {
-    let name = format!("{kind}-{}", listed.len() + 1);
-    let mut content = Chunk::default();
-    content
-        .add("colours", &photo_jpeg(&page.colours(times_matte), [PAGE as u32, page.rows() as u32], quality));
-    let trust: Vec<u8> = page.trust().into_iter().map(in_8_steps).collect();
-    content.add_packed("trust", &differences(&trust, PAGE));
-    if times_matte {
-        let mattes: Vec<u8> = page.mattes().into_iter().map(in_16_steps).collect();
-        content.add_packed("mattes", &differences(&mattes, PAGE));
-    }
-    listed.push(DescribedPage { chunk: name.clone(), rows: page.rows() });
-    chunk(folder, &name, &content)
+    let name = format!("{}-{}", kind.name(), listed.len() + 1);
+    chunk(folder, &name, &kind.chunk(page, quality))?;
+    listed.push(DescribedPage { chunk: name, rows: page.rows() });
+    Ok(())
 }
 
 /// Returns the mean of the cameras, rounded so that numbers are short.

@@ -13,10 +13,11 @@ use crate::lean::{SafeRegion, Window};
 use crate::segments::Segments;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::Pinhole;
-use quadratura_files::base64::to_base64;
+use quadratura_page::chunk::Chunk;
 use quadratura_page::html::{escaped, filled};
 use quadratura_page::pictures::{jpeg, small_jpeg};
 use quadratura_page::place;
+use quadratura_page::viewer::Viewer;
 use quadratura_view::Picture;
 
 pub use quadratura_page::place::{PageFile, PagePlace, place_of_page};
@@ -34,6 +35,29 @@ const HIDDEN_LOWER: u8 = 10;
 const BACKDROP: u32 = 48;
 /// The share of the poster that an image covers from which on it has a picture behind it; what is cut out has none.
 const WHOLE: f64 = 0.9;
+
+/// The version of the description, which the viewer checks.
+const VERSION: u32 = 2;
+/// The name of the chunk with everything.
+const CHUNK: &str = "photo";
+
+/// The viewer of one layered depth image.
+const VIEWER: Viewer = Viewer {
+    index: include_str!("viewer/index.html"),
+    style: include_str!("viewer/viewer.css"),
+    scripts: &[
+        ("segments.js", include_str!("viewer/segments.js")),
+        ("frame.js", include_str!("viewer/frame.js")),
+        ("painter.js", include_str!("viewer/painter.js")),
+        ("lean.js", include_str!("viewer/lean.js")),
+        ("lean_input.js", include_str!("viewer/lean_input.js")),
+        ("start.js", include_str!("viewer/start.js")),
+    ],
+    shaders: &[
+        ("vertex", include_str!("viewer/vertex.glsl")),
+        ("fragment", include_str!("viewer/fragment.glsl")),
+    ],
+};
 
 /// The content of a page.
 #[derive(Debug, Clone, Copy)]
@@ -64,22 +88,19 @@ pub fn write_page(place: &PagePlace, page: &Page<'_>) -> Result<Vec<PageFile>> {
 
 /// Returns the names and contents of the files.
 fn files_of(page: &Page<'_>) -> Vec<(String, Vec<u8>)> {
-    let text = |name: &str, content: String| (name.to_owned(), content.into_bytes());
     let poster = small_jpeg(
         page.poster.over(BACKGROUND),
         [page.poster.width, page.poster.height],
         POSTER,
         POSTER_QUALITY,
     );
-    vec![
-        text("index.html", index(page)),
-        text("viewer.css", include_str!("viewer.css").to_owned()),
-        text("painter.js", include_str!("painter.js").to_owned()),
-        text("viewer.js", include_str!("viewer.js").to_owned()),
-        text("start.js", include_str!("start.js").to_owned()),
-        text("data.js", data(page)),
+    let mut files = vec![
+        ("index.html".to_owned(), index(page).into_bytes()),
         ("poster.jpg".to_owned(), poster),
-    ]
+        (format!("data/{CHUNK}.js"), data(page).script(CHUNK)),
+    ];
+    files.extend(VIEWER.files().into_iter().map(|(name, content)| (name, content.into_bytes())));
+    files
 }
 
 fn index(page: &Page<'_>) -> String {
@@ -90,59 +111,49 @@ fn index(page: &Page<'_>) -> String {
         ("caption", &escaped(page.caption)),
         ("width", &width),
         ("height", &height),
-        ("vertex", include_str!("vertex.glsl")),
-        ("fragment", &with_encoding(include_str!("fragment.glsl"))),
-        ("whole", include_str!("whole.glsl")),
-        ("reduce", &with_encoding(include_str!("reduce.glsl"))),
+        ("scripts", &VIEWER.script_elements()),
     ];
-    filled(include_str!("index.html"), &values)
+    filled(VIEWER.index, &values)
 }
 
-/// Returns a shader with the function that it takes from another file.
-fn with_encoding(shader: &str) -> String {
-    shader.replace("#include encoded\n", include_str!("encoded.glsl"))
-}
-
-/// Returns the script with the data of the photo.
-fn data(page: &Page<'_>) -> String {
-    let uri = |kind: &str, bytes: &[u8]| format!("data:image/{kind};base64,{}", to_base64(bytes));
-    let atlas = |atlas: &crate::segments::Atlas| {
+/// Returns the data of the photo.
+fn data(page: &Page<'_>) -> Chunk {
+    let mut chunk = Chunk::default();
+    let description = description(page).to_string();
+    chunk.add_packed("photo", description.as_bytes());
+    chunk.add_packed("geometry", &geometry::geometry(page.segments));
+    for (number, atlas) in page.segments.atlases.iter().enumerate() {
         let quality =
             if atlas.first { page.quality } else { page.quality.saturating_sub(HIDDEN_LOWER).max(1) };
-        json!({
-            "width": atlas.width,
-            "height": atlas.height,
-            "colours": uri("jpeg", &jpeg(&atlas.rgb, [atlas.width, atlas.height], quality)),
-            "rims": uri("png", &rims(atlas)),
-        })
-    };
-    let atlases: Vec<_> = page.segments.atlases.iter().map(atlas).collect();
-    let camera = page.camera;
+        chunk.add(format!("colours-{number}"), &jpeg(&atlas.rgb, [atlas.width, atlas.height], quality));
+        chunk.add(format!("rims-{number}"), &rims(atlas));
+    }
     let poster = page.poster;
     let covered = poster.pixels().iter().filter(|pixel| pixel[3] > 127).count() as f64;
-    let backdrop = (covered >= WHOLE * poster.pixels().len() as f64).then(|| {
+    if covered >= WHOLE * poster.pixels().len() as f64 {
         let size = [poster.width, poster.height];
-        uri("jpeg", &small_jpeg(poster.over(BACKGROUND), size, BACKDROP, POSTER_QUALITY))
-    });
-    let photo = json!({
-        "version": 1,
+        chunk.add("backdrop", &small_jpeg(poster.over(BACKGROUND), size, BACKDROP, POSTER_QUALITY));
+    }
+    chunk
+}
+
+/// Returns what the viewer has to know of the photo.
+fn description(page: &Page<'_>) -> serde_json::Value {
+    let (camera, seen) = (page.camera, page.window.seen);
+    let atlas = |atlas: &crate::segments::Atlas| json!({ "width": atlas.width, "height": atlas.height });
+    json!({
+        "version": VERSION,
         "camera": {
             "width": camera.width, "height": camera.height,
             "fx": camera.fx, "fy": camera.fy, "cx": camera.cx, "cy": camera.cy,
         },
-        "seen": {
-            "x": page.window.seen.x, "y": page.window.seen.y,
-            "width": page.window.seen.w, "height": page.window.seen.h,
-        },
+        "seen": { "x": seen.x, "y": seen.y, "width": seen.w, "height": seen.h },
         "pivot": page.window.pivot,
         "zoom": page.window.zoom,
         "safe": { "across": page.safe.across, "along": page.safe.along },
-        "backdrop": backdrop,
-        "atlases": atlases,
+        "atlases": page.segments.atlases.iter().map(atlas).collect::<Vec<_>>(),
         "pieces": page.segments.parts.len(),
-        "geometry": to_base64(&geometry::geometry(page.segments)),
-    });
-    format!("window.QuadraturaPhoto = {photo};\n")
+    })
 }
 
 #[cfg(test)]

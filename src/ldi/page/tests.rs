@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::{Page, PagePlace, place_of_page, write_page};
+use super::{Page, PagePlace, VIEWER, description, place_of_page, write_page};
 use crate::lean::{DIRECTIONS, SafeRegion, Window};
 use crate::segments::{Atlas, Segments, TexturedPart, Vertex};
-use quadratura_base::geometry::Pinhole;
+use quadratura_base::geometry::{Pinhole, PixelRect};
+use quadratura_page::viewer::assert_small;
 use quadratura_view::Picture;
 
 const CAMERA: Pinhole = Pinhole { width: 16, height: 8, fx: 10.0, fy: 10.0, cx: 8.0, cy: 4.0 };
@@ -32,17 +33,21 @@ fn one_square() -> Segments {
     Segments { count: 1, parts: vec![part], atlases: vec![atlas], reach: 0.3, parallax: 0.5 }
 }
 
+const WINDOW: Window =
+    Window { pivot: 2.0, zoom: 1.0, seen: PixelRect { x: 0, y: 0, w: CAMERA.width, h: CAMERA.height } };
+const SAFE: SafeRegion = SafeRegion { across: [0.1; DIRECTIONS], along: [0.1; 2] };
+
+fn square<'a>(segments: &'a Segments, caption: &'a str, poster: &'a Picture) -> Page<'a> {
+    Page { camera: &CAMERA, segments, window: &WINDOW, safe: &SAFE, poster, caption, quality: 90 }
+}
+
+fn poster() -> Picture {
+    Picture { width: 16, height: 8, rgba: vec![200; 512] }
+}
+
 fn write(place: &PagePlace, caption: &str) -> Vec<String> {
-    let page = Page {
-        camera: &CAMERA,
-        segments: &one_square(),
-        window: &Window { pivot: 2.0, zoom: 1.0, seen: CAMERA.rect() },
-        safe: &SafeRegion { across: [0.1; DIRECTIONS], along: [0.1; 2] },
-        poster: &Picture { width: 16, height: 8, rgba: vec![200; 512] },
-        caption,
-        quality: 90,
-    };
-    write_page(place, &page).unwrap().into_iter().map(|file| file.name).collect()
+    let page = write_page(place, &square(&one_square(), caption, &poster()));
+    page.unwrap().into_iter().map(|file| file.name).collect()
 }
 
 #[test]
@@ -50,20 +55,28 @@ fn a_page_has_its_files_and_a_caption_that_is_no_markup() {
     let folder = tempfile::tempdir().unwrap();
     let place = place_of_page(&folder.path().join("page"));
     let files = write(&place, "<b> {{width}} & \"x\"");
-    let scripts = ["painter.js", "viewer.js", "start.js", "data.js"];
-    let expected =
-        [&["index.html", "viewer.css"][..], &scripts, &["poster.jpg", "quadratura-page.json"]].concat();
-    assert_eq!(files, expected);
+    for file in
+        ["index.html", "viewer.css", "poster.jpg", "code/shaders.js", "code/start.js", "data/photo.js"]
+    {
+        assert!(files.iter().any(|name| name == file), "{file} is missing: {files:?}");
+    }
     let index = std::fs::read_to_string(place.folder.join("index.html")).unwrap();
     assert!(index.contains("<title>&lt;b&gt; {{width}} &amp; &quot;x&quot;</title>"), "{index}");
     assert!(!index.contains("<b>") && index.contains("lang=\"en\"") && index.contains("<noscript>"));
-    let data = std::fs::read_to_string(place.folder.join("data.js")).unwrap();
-    let json =
-        data.strip_prefix("window.QuadraturaPhoto = ").and_then(|rest| rest.strip_suffix(";\n")).unwrap();
-    let photo: serde_json::Value = serde_json::from_str(json).unwrap();
+    let data = std::fs::read_to_string(place.folder.join("data/photo.js")).unwrap();
+    assert!(data.starts_with("quadratura.chunk(\"photo\", "), "{data}");
+}
+
+#[test]
+fn a_page_says_where_the_camera_is_and_how_many_pieces_its_meshes_have() {
+    let photo = description(&square(&one_square(), "a square", &poster()));
     assert_eq!((photo["pieces"].as_u64(), photo["camera"]["fx"].as_f64()), (Some(1), Some(10.0)));
-    let colours = photo["atlases"][0]["colours"].as_str().unwrap();
-    assert!(colours.starts_with("data:image/jpeg;base64,/9j/"), "a JPEG begins so: {colours}");
+    assert_eq!(photo["atlases"][0]["width"].as_u64(), Some(16));
+}
+
+#[test]
+fn sources_are_short_enough_to_be_read_and_small_enough_to_be_sent() {
+    assert_small(&VIEWER);
 }
 
 #[test]

@@ -1,7 +1,5 @@
 // Vectors and cameras. Vectors are arrays of three numbers, in doubles; a rotation is the nine numbers of its rows, from world to camera
 // (x right, y down, z forward).
-window.quadratura = { shaders: {} };
-
 quadratura.math = (() => {
   "use strict";
 

@@ -3,7 +3,7 @@
 quadratura.painter = (() => {
   "use strict";
   const { sub, dot, row, distance } = quadratura.math;
-  const { program, Reducer, Target } = quadratura.target;
+  const { program, Target } = quadratura.target;
 
   // Surfaces within this share of the nearest depth count as one, of which the last is shown.
   const TOLERANCE = 1e-4;
@@ -11,13 +11,11 @@ quadratura.painter = (() => {
 
   class Painter {
     constructor(canvas, changed) {
-      // What is drawn stays to be seen until the next picture, for pictures of the page.
-      this.gl = canvas.getContext("webgl2", { alpha: false, antialias: false, depth: false, powerPreference: "high-performance", preserveDrawingBuffer: true });
-      if (!this.gl) throw new Error("WebGL 2 is not available");
+      this.gl = quadratura.deviceOf(canvas);
       this.changed = changed;
       this.pixel = new Uint8Array(4);
       this.target = new Target(this.gl);
-      this.reducer = new Reducer(this.gl);
+      this.reducer = new quadratura.levels.Reducer(this.gl);
       this.depths = program(this.gl, ["surface_vertex"], ["depth"]);
       this.opaque = program(this.gl, ["surface_vertex"], [...SHOWN, "around", "surface"]);
       this.behind = program(this.gl, ["whole"], [...SHOWN, "around", "behind"]);
@@ -65,7 +63,7 @@ quadratura.painter = (() => {
     async loadDome() {
       if (this.site.dome === null) return;
       const gl = this.gl, { sides } = await quadratura.load("dome", () => -1);
-      const whole = await createImageBitmap(new Blob([sides], { type: "image/jpeg" }), { colorSpaceConversion: "none" }), side = whole.width;
+      const whole = await quadratura.pictureOf(sides, "image/jpeg"), side = whole.width;
       const faces = [gl.TEXTURE_CUBE_MAP_POSITIVE_X, gl.TEXTURE_CUBE_MAP_NEGATIVE_X, gl.TEXTURE_CUBE_MAP_POSITIVE_Z, gl.TEXTURE_CUBE_MAP_NEGATIVE_Z,
         gl.TEXTURE_CUBE_MAP_POSITIVE_Y, gl.TEXTURE_CUBE_MAP_NEGATIVE_Y];
       const pictures = await Promise.all(faces.map((_, i) => createImageBitmap(whole, 0, i * side, side, side)));
@@ -139,9 +137,17 @@ quadratura.painter = (() => {
       const gl = this.gl;
       if (gl.isContextLost()) return 0;
       const began = performance.now();
+      this.drawOnTarget(asked, finer, now);
+      this.target.show();
+      // A pixel that is read waits for the device.
+      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.pixel);
+      return performance.now() - began;
+    }
+
+    drawOnTarget(asked, wanted, now) {
+      const gl = this.gl, finer = this.target.fit([asked.width, asked.height], [wanted, Math.min(1, wanted), 0.5 * Math.min(1, wanted)]);
       const scaled = Object.fromEntries(["fx", "fy", "cx", "cy"].map((name) => [name, asked[name] * finer]));
-      const view = { ...asked, ...scaled, width: Math.max(1, Math.round(asked.width * finer)), height: Math.max(1, Math.round(asked.height * finer)) };
-      this.target.resize(view.width, view.height, finer);
+      const view = { ...asked, ...scaled, width: this.target.width, height: this.target.height };
       this.turnImpostors(view);
       const isNew = this.lists.update(view.eye);
       const around = this.lists.addAround(view.eye);
@@ -177,10 +183,6 @@ quadratura.painter = (() => {
       this.drawLayered(view);
       gl.disable(gl.BLEND);
       gl.depthMask(true);
-      this.target.show();
-      // A pixel that is read waits for the device.
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.pixel);
-      return performance.now() - began;
     }
 
     drawLayered(view) {

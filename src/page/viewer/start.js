@@ -1,9 +1,7 @@
 // Opens the page: what is needed for the first picture, then everything else.
 (() => {
   "use strict";
-  const byId = (id) => document.getElementById(id);
-
-  quadratura.say = (text) => { byId("status").textContent = text; };
+  const { byId } = quadratura;
 
   // A view that is asked for exactly, for tests: JSON with centre, rotation, lens, size and more after #exact=.
   quadratura.exactView = ({ centre, rotation, lens: [fx, fy, cx, cy], size: [width, height], exposure, around }) =>

@@ -2,7 +2,7 @@
 (() => {
   "use strict";
   const { rotationOf, distance } = quadratura.math;
-  const byId = (id) => document.getElementById(id);
+  const { byId, setPressed } = quadratura;
 
   // The view of a photo: all of it, as its camera saw it.
   function viewOf(photo, canvas) {
@@ -84,14 +84,7 @@
     window.addEventListener("popstate", () => follow(location.hash) || walker.goTo(site.start));
     walker.rested = () => { if (location.hash.startsWith("#v=")) remember(quadratura.share.of(walker), false); };
 
-    canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault();
-      canvas.hidden = true;
-      quadratura.say("The graphics device was lost. The page comes back here as soon as it is there again.");
-    });
-    canvas.addEventListener("webglcontextrestored", () => { remember(quadratura.share.of(walker), false); location.reload(); });
-
-    const toggle = (id, on) => byId(id).setAttribute("aria-pressed", on);
+    quadratura.survive(canvas, () => remember(quadratura.share.of(walker), false));
     byId("places-button").onclick = () => {
       const open = byId("places").hidden;
       byId("places").hidden = !open;
@@ -103,12 +96,11 @@
       navigator.clipboard ? navigator.clipboard.writeText(location.href).then(done, () => quadratura.say("The address of this view: " + location.href)) : quadratura.say("The address of this view: " + location.href);
     };
     byId("everything").hidden = !site.safe;
-    byId("everything").onclick = () => { walker.free = !walker.free; toggle("everything", walker.free); };
+    byId("everything").onclick = () => { walker.free = !walker.free; setPressed("everything", walker.free); };
     byId("play").hidden = !site.tour;
     byId("play").onclick = () => walker.tour.toggle();
-    byId("full").hidden = !document.fullscreenEnabled;
-    byId("full").onclick = () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
-    document.addEventListener("fullscreenchange", () => toggle("full", Boolean(document.fullscreenElement)));
+    quadratura.offerFullScreen(byId("full"), document.documentElement);
+    quadratura.headset.offer(byId("vr"), painter.target, new quadratura.walkInHeadset.Visitor(walker, () => walker.ask()));
 
     // Says where one is: people who do not see the picture are told on request.
     const where = () => {

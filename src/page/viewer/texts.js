@@ -2,7 +2,7 @@
 quadratura.texts = (() => {
   "use strict";
   const { sub, rotated, length, rotationOf, dot } = quadratura.math;
-  const byId = (id) => document.getElementById(id);
+  const { byId } = quadratura;
   let walker, site, markers = [];
 
   function open(i) {

@@ -14,8 +14,7 @@ quadratura.textures = (() => {
     return coarse || (navigator.deviceMemory || 8) < 4 ? SMALL : LARGE;
   }
 
-  const picture = (bytes, options = {}) =>
-    createImageBitmap(new Blob([bytes], { type: "image/jpeg" }), { colorSpaceConversion: "none", premultiplyAlpha: "none", ...options });
+  const picture = (bytes, options) => quadratura.pictureOf(bytes, "image/jpeg", options);
   // The size of a photo's picture as it is stored.
   const stored = (photo, size) => (photo.turned ? [size[1], size[0]] : size);
   const largest = (sizes) => sizes.reduce((a, b) => [Math.max(a[0], b[0]), Math.max(a[1], b[1])], [1, 1]);

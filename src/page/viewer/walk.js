@@ -5,7 +5,6 @@ quadratura.walk = (() => {
   "use strict";
   const { add, sub, times, dot, mix, clamp, smooth, frame, rotationOf, anglesOf, distance, unit } = quadratura.math;
 
-  const REDUCED = matchMedia("(prefers-reduced-motion: reduce)");
   // Frames that take longer than this are drawn with fewer pixels.
   const SLOW_MS = 24, LEAST_SCALE = 0.2;
   // A picture with more pixels is drawn where it takes no longer than this.
@@ -52,7 +51,7 @@ quadratura.walk = (() => {
     goTo(target, ms = 600) {
       const to = { eye: [...target.centre], tangent: target.tangent, ...anglesOf(this.axes, target.rotation) };
       to.heading = this.heading + Math.atan2(Math.sin(to.heading - this.heading), Math.cos(to.heading - this.heading));
-      if (REDUCED.matches || quadratura.instant) ms = 0;
+      if (quadratura.reducedMotion.matches || quadratura.instant) ms = 0;
       const { eye, heading, tilt, roll, tangent } = this;
       this.flight = { from: { eye, heading, tilt, roll, tangent }, to, ms, began: performance.now() };
       this.ask();
@@ -100,7 +99,7 @@ quadratura.walk = (() => {
     // --- Frames -----------------------------------------------------------------------------------------------------
 
     ask() {
-      if (this.waiting) return;
+      if (this.waiting || quadratura.inHeadset) return;
       this.waiting = true;
       requestAnimationFrame((now) => { this.waiting = false; this.frame(performance.now()); });
       this.moved = performance.now();

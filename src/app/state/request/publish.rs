@@ -12,6 +12,8 @@ pub enum PublishRequest {
     Keep(Box<PublishDialog>),
     /// Keeps it, and writes the page.
     Publish(Box<PublishDialog>),
+    /// Writes the page with small photos into the project's cache.
+    Preview(Box<PublishDialog>),
     /// Opens the page in this folder in the user's browser.
     Open(PathBuf),
 }

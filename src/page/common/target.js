@@ -1,4 +1,4 @@
-// Programs, what is drawn on before it is shown, and the levels of textures.
+// Programs, and what is drawn on before it is shown.
 quadratura.target = (() => {
   "use strict";
 
@@ -25,38 +25,6 @@ quadratura.target = (() => {
     return { made, uniforms };
   }
 
-  // Makes levels of array textures one by one.
-  class Reducer {
-    constructor(gl) {
-      this.gl = gl;
-      this.halving = program(gl, ["whole"], ["halve"]);
-      this.framebuffer = gl.createFramebuffer();
-      this.empty = gl.createVertexArray();
-    }
-
-    halve(texture, layer, level) {
-      const gl = this.gl, size = texture.size.map((side) => Math.max(1, side >> level));
-      gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
-      gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, texture, level, layer);
-      gl.activeTexture(gl.TEXTURE0);
-      gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-      gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_BASE_LEVEL, level - 1);
-      gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAX_LEVEL, level - 1);
-      for (const option of [gl.DEPTH_TEST, gl.BLEND, gl.CULL_FACE, gl.SAMPLE_ALPHA_TO_COVERAGE]) gl.disable(option);
-      gl.colorMask(true, true, true, true);
-      gl.viewport(0, 0, ...size);
-      gl.useProgram(this.halving.made);
-      gl.uniform1i(this.halving.uniforms.finer, 0);
-      gl.uniform1f(this.halving.uniforms.layer, layer);
-      gl.uniform2f(this.halving.uniforms.size, ...size);
-      gl.bindVertexArray(this.empty);
-      gl.drawArrays(gl.TRIANGLES, 0, 3);
-      gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_BASE_LEVEL, 0);
-      gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAX_LEVEL, texture.levels - 1);
-      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    }
-  }
-
   // A picture with several samples a pixel, in linear light, since that is what an eye and a camera mix, and its mean.
   class Target {
     constructor(gl) {
@@ -65,13 +33,26 @@ quadratura.target = (() => {
       this.empty = gl.createVertexArray();
     }
 
-    // Takes a size. A picture that is finer than the canvas has one sample a pixel: several of its pixels become one.
-    resize(width, height, finer) {
+    // Takes a size, for a canvas of so many pixels: times the first of these factors for which the device has memory, which is returned.
+    // Each pixel has several samples, or one where several of them become one.
+    fit([width, height], factors, most = (factor) => (factor > 1 ? 0 : 4)) {
+      const gl = this.gl, longest = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
+      for (const wanted of factors) {
+        const factor = Math.min(wanted, longest / Math.max(width, height));
+        const size = [width, height].map((side) => Math.max(1, Math.round(side * factor)));
+        if (this.make(...size, Math.min(most(factor), gl.getParameter(gl.MAX_SAMPLES)))) return factor;
+        this.free();
+      }
+      throw new Error("the graphics device has too little memory");
+    }
+
+    // Returns whether there is memory for this size. A lost device has as much as is asked for.
+    make(width, height, samples) {
       const gl = this.gl;
-      if (this.width === width && this.height === height && this.finer === finer) return;
+      if (this.drawn && this.width === width && this.height === height && this.samples === samples) return true;
       this.free();
-      Object.assign(this, { width, height, finer });
-      const samples = finer > 1 ? 0 : Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
+      while (gl.getError() !== gl.NO_ERROR && !gl.isContextLost());
+      Object.assign(this, { width, height, samples });
       const buffer = (format) => {
         const made = gl.createRenderbuffer();
         gl.bindRenderbuffer(gl.RENDERBUFFER, made);
@@ -91,7 +72,13 @@ quadratura.target = (() => {
       for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.read);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
+      const isWhole = (framebuffer) => {
+        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+        return gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE;
+      };
+      const fits = isWhole(this.drawn) && isWhole(this.read) && gl.getError() === gl.NO_ERROR;
       gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+      return fits || gl.isContextLost();
     }
 
     free() {
@@ -100,32 +87,34 @@ quadratura.target = (() => {
       this.buffers.forEach((buffer) => gl.deleteRenderbuffer(buffer));
       [this.drawn, this.read].forEach((framebuffer) => gl.deleteFramebuffer(framebuffer));
       gl.deleteTexture(this.texture);
+      this.drawn = null;
     }
 
-    // Begins a picture.
-    begin() {
+    // Begins a picture before a ground in linear light.
+    begin(ground = [0, 0, 0]) {
       const gl = this.gl;
       gl.bindFramebuffer(gl.FRAMEBUFFER, this.drawn);
       gl.viewport(0, 0, this.width, this.height);
       gl.colorMask(true, true, true, true);
       gl.depthMask(true);
-      gl.clearColor(0, 0, 0, 0);
+      gl.clearColor(...ground, 0);
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     }
 
-    // Shows the picture on the canvas.
-    show() {
-      const gl = this.gl, { width, height } = gl.canvas;
+    // Shows the picture on the canvas, or in a part of another framebuffer that keeps values as they are given.
+    show(framebuffer = null, [x, y, width, height] = [0, 0, this.gl.canvas.width, this.gl.canvas.height]) {
+      const gl = this.gl;
       gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.drawn);
       gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.read);
       gl.blitFramebuffer(0, 0, this.width, this.height, 0, 0, this.width, this.height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
       gl.invalidateFramebuffer(gl.READ_FRAMEBUFFER, [gl.COLOR_ATTACHMENT0, gl.DEPTH_ATTACHMENT]);
-      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-      for (const option of [gl.DEPTH_TEST, gl.BLEND]) gl.disable(option);
-      gl.viewport(0, 0, width, height);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+      for (const option of [gl.DEPTH_TEST, gl.BLEND, gl.CULL_FACE, gl.SAMPLE_ALPHA_TO_COVERAGE]) gl.disable(option);
+      gl.viewport(x, y, width, height);
       gl.useProgram(this.reducing.made);
       gl.uniform1i(this.reducing.uniforms.drawn, 0);
       gl.uniform1f(this.reducing.uniforms.finer, this.width / width);
+      gl.uniform2f(this.reducing.uniforms.corner, x, y);
       gl.activeTexture(gl.TEXTURE0);
       gl.bindTexture(gl.TEXTURE_2D, this.texture);
       gl.bindVertexArray(this.empty);
@@ -133,5 +122,5 @@ quadratura.target = (() => {
     }
   }
 
-  return { program, Reducer, Target };
+  return { program, Target };
 })();

@@ -9,9 +9,6 @@
   let loading = 0;
   let queue = [];
 
-  // The description, which is a script of its own.
-  quadratura.describe = (site) => { quadratura.site = site; };
-
   quadratura.chunk = (name, count, sum, base64) => given.set(name, { count, sum, base64 });
 
   function bytesOf(base64) {
@@ -60,6 +57,9 @@
     return parts;
   }
 
+  // Runs the script of this name; what went wrong once may have been the network.
+  quadratura.script = (name) => script(name).catch(() => script(name));
+
   function script(name) {
     return new Promise((resolve, reject) => {
       const element = document.createElement("script");
@@ -91,13 +91,9 @@
     next();
   });
 
-  // Reads the description.
-  quadratura.loadSite = async () => {
-    await script("site").catch(() => script("site"));
-    if (!quadratura.site) throw new Error("data/site.js is damaged");
-    if (quadratura.site.version !== 1) throw new Error("the data are of another version than the viewer");
-    return quadratura.site;
-  };
+  // Returns what a picture of a chunk shows, its values as they are in the file.
+  quadratura.pictureOf = (bytes, type, options) =>
+    createImageBitmap(new Blob([bytes], { type }), { colorSpaceConversion: "none", premultiplyAlpha: "none", ...options });
 
   // Returns bytes as numbers of a type, from a copy, since parts begin anywhere.
   quadratura.numbers = (type, bytes) => new type(bytes.slice().buffer);

@@ -3,6 +3,8 @@
 uniform sampler2D drawn;
 // Pixels of the picture per pixel of the canvas.
 uniform float finer;
+// The corner of the part of the canvas that is drawn.
+uniform vec2 corner;
 out vec4 color;
 
 vec3 encoded(vec3 light) {
@@ -16,7 +18,7 @@ float lanczos(float x) {
 }
 
 void main() {
-    vec2 middle = gl_FragCoord.xy * finer;
+    vec2 middle = (gl_FragCoord.xy - corner) * finer;
     ivec2 size = textureSize(drawn, 0);
     if (finer == 1.0) { color = vec4(encoded(texelFetch(drawn, ivec2(middle), 0).rgb), 1.0); return; }
     int reach = int(ceil(3.0 * finer));

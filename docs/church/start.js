@@ -1,2 +1,0 @@
-// Shows the photo once its data is there; without them the poster stays.
-window.QuadraturaViewer.start(window.QuadraturaPhoto);

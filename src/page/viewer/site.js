@@ -1,0 +1,13 @@
+// The description of the site, a script of its own.
+(() => {
+  "use strict";
+
+  quadratura.describe = (site) => { quadratura.site = site; };
+
+  quadratura.loadSite = async () => {
+    await quadratura.script("site");
+    if (!quadratura.site) throw new Error("data/site.js is damaged");
+    if (quadratura.site.version !== 1) throw new Error("the data are of another version than the viewer");
+    return quadratura.site;
+  };
+})();
