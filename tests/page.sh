@@ -30,7 +30,7 @@ sample=projects/piazza
 python3 tests/page/views.py "$work/page" $sample/heldout/sparse "$work/views"
 "$program" -q render "$work/project" --cameras "$work/views/sparse" --out "$work/views/raw" --exposure raw --background none >/dev/null
 "$program" -q render "$work/project" --cameras "$work/views/sparse" --out "$work/views/full" >/dev/null
-"$program" -q ldi build "$work/project" --photo 03_fountain.jpg --out "$work/fountain.ldi" >/dev/null
+"$program" -q ldi build "$work/project" --photo 03_from_southeast.jpg --out "$work/fountain.ldi" >/dev/null
 "$program" -q ldi export "$work/fountain.ldi" --format page --out "$work/photo" >/dev/null
 scripts=
 mkdir -p "${CARGO_TARGET_DIR:-target}/editors-node"

@@ -36,7 +36,7 @@ pub const SITE: Viewer = Viewer {
     style: include_str!("viewer/viewer.css"),
     scripts: &[
         ("math.js", include_str!("viewer/math.js")),
-        ("site.js", include_str!("viewer/site.js")),
+        ("description.js", include_str!("viewer/description.js")),
         ("geometry.js", include_str!("viewer/geometry.js")),
         ("lists.js", include_str!("viewer/lists.js")),
         ("exposure.js", include_str!("viewer/exposure.js")),

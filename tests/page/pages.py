@@ -79,14 +79,14 @@ def in_a_headset(browser, base, emulator):
     the left and the right half."""
     source = open(emulator).read() + """;
         window.device = new (window.IWER || IWER).XRDevice((window.IWER || IWER).metaQuest3);
-        window.device.installRuntime();
+        window.device.installRuntime({ forceInstall: true });
         window.device.stereoEnabled = true;"""
     added = browser.call("Page.addScriptToEvaluateOnNewDocument", source=source)["identifier"]
     try:
         opened(browser, base)
         expect(browser.wait("!document.getElementById('vr').hidden", 30), "a headset is offered where there is one")
         browser.call("Runtime.evaluate", expression="document.getElementById('vr').click()", userGesture=True)
-        browser.wait("quadratura.inHeadset && device.activeSession", 60)
+        browser.wait("Boolean(quadratura.inHeadset && device.activeSession)", 60)
         browser.evaluate("""(async () => {
             let frames = 0;
             const count = () => { frames++; device.activeSession.requestAnimationFrame(count); };
@@ -94,7 +94,7 @@ def in_a_headset(browser, base, emulator):
             while (frames < 4) await new Promise((resolve) => setTimeout(resolve, 50));
         })()""")
         halves = browser.evaluate("""(() => {
-            const canvas = document.createElement("canvas"), from = document.getElementById("view");
+            const canvas = document.createElement("canvas"), from = device.appCanvas || document.getElementById("view");
             [canvas.width, canvas.height] = [2, 1];
             const context = canvas.getContext("2d");
             context.drawImage(from, 0, 0, 2, 1);
