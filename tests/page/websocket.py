@@ -18,11 +18,10 @@ class Websocket:
             pass
 
     def send(self, message):
-        # Masked with zeros, which the protocol allows and which leaves the text as it is.
-        text = json.dumps(message).encode()
+        mask, text = os.urandom(4), json.dumps(message).encode()
         head = b"\x81" + (struct.pack(">BH", 254, len(text)) if 125 < len(text) < 65536 else
                           struct.pack(">B", 128 | len(text)) if len(text) < 126 else struct.pack(">BQ", 255, len(text)))
-        self.socket.sendall(head + b"\0\0\0\0" + text)
+        self.socket.sendall(head + mask + bytes(byte ^ mask[i % 4] for i, byte in enumerate(text)))
 
     def receive(self):
         text = b""

@@ -115,9 +115,10 @@ quadratura.textures = (() => {
       const load = async ({ chunk, rows }, layer, rank, colours, others, format, mix) => {
         const parts = await quadratura.load(chunk, () => rank);
         const planes = Object.entries(parts).filter(([name]) => name !== "colours").map(([, bytes]) => quadratura.summed(bytes, PAGE));
-        this.put(others, layer, format, PAGE, rows, mix(planes));
         const bitmap = await picture(parts.colours);
         this.put(colours, layer, gl.RGBA, PAGE, rows, bitmap);
+        // Colours have a say once it is known how far they are to be trusted.
+        this.put(others, layer, format, PAGE, rows, mix(planes));
         bitmap.close();
         this.changed();
       };
