@@ -23,13 +23,13 @@ PREFERENCES = {"webgl.force-enabled": True, "webgl.disabled": False, "webgl.forb
 
 
 class Firefox:
-    """Firefox without a window."""
+    """Firefox, on a display: without one it draws no WebGL."""
 
     def __init__(self, program):
         self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         with open(os.path.join(self.profile.name, "user.js"), "w") as out:
             out.writelines(f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in PREFERENCES.items())
-        arguments = ["--headless", "--no-remote", "--profile", self.profile.name, "--remote-debugging-port=0"]
+        arguments = ["--no-remote", "--profile", self.profile.name, "--remote-debugging-port=0"]
         self.process = subprocess.Popen([program, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         server = os.path.join(self.profile.name, "WebDriverBiDiServer.json")
         for _ in range(600):
