@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::Project;
 use super::masks::{Mask, MaskChange, MaskOrigin};
+use super::model_change::ModelChange;
 use super::paint::ImportedMask;
 use super::stroke::Stroke;
 
@@ -50,13 +51,15 @@ enum StepChange {
     Import { number: u32, files: Vec<PathBuf>, masks: Vec<MaskChange> },
     /// A stroke of the brush was painted, as an import with this number, which changes when it is painted again.
     Stroke { number: u32, stroke: Box<Stroke> },
+    /// The model's file was written.
+    Model(ModelChange),
 }
 
 impl StepChange {
     /// Returns the number of the import, or of the stroke.
     fn import(&self) -> Option<u32> {
         match self {
-            Self::Project { .. } => None,
+            Self::Project { .. } | Self::Model(_) => None,
             Self::Import { number, .. } | Self::Stroke { number, .. } => Some(*number),
         }
     }
@@ -77,6 +80,9 @@ pub enum StepResult {
     /// The caller paints this stroke again, and reports the new number with [`History::import_redone`]. The number
     /// given here is that of the undone import.
     PaintAgain(u32, Box<Stroke>),
+    /// The caller writes the model's file, if that holds what it held before this change; otherwise it calls
+    /// [`History::forget_model_change`].
+    WriteModel(ModelChange),
 }
 
 impl History {
@@ -142,6 +148,23 @@ impl History {
         self.gesture = None;
     }
 
+    /// Records a change of the model's file as a step. It is on disk already.
+    pub fn model_written(&mut self, name: impl Into<String>, change: ModelChange) {
+        self.push(Step { name: name.into(), change: StepChange::Model(change) });
+        self.gesture = None;
+    }
+
+    /// Removes the step of a change of the model's file that could not be undone or redone, as [`StepResult::WriteModel`] gave it.
+    pub fn forget_model_change(&mut self, change: &ModelChange) {
+        let is_it = |step: &Step| match &step.change {
+            StepChange::Model(own) => own == change || own.reversed() == *change,
+            _ => false,
+        };
+        let Some(index) = self.steps.iter().rposition(is_it) else { return };
+        self.undone -= usize::from(index >= self.steps.len() - self.undone);
+        self.steps.remove(index);
+    }
+
     /// Replaces the number of an import that was redone, and the masks that came with it.
     pub fn import_redone(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
         self.set_masks(came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
@@ -152,7 +175,7 @@ impl History {
         match &mut self.steps[index].change {
             StepChange::Import { number, masks, .. } => (*number, *masks) = (new, came),
             StepChange::Stroke { number, .. } => *number = new,
-            StepChange::Project { .. } => (),
+            StepChange::Project { .. } | StepChange::Model(_) => (),
         }
     }
 
@@ -277,6 +300,7 @@ impl History {
             StepChange::Import { number, .. } | StepChange::Stroke { number, .. } => {
                 StepResult::TakeBack(*number)
             }
+            StepChange::Model(change) => StepResult::WriteModel(change.reversed()),
         })
     }
 
@@ -293,6 +317,7 @@ impl History {
             }
             StepChange::Import { number, files, .. } => StepResult::ImportAgain(*number, files.clone()),
             StepChange::Stroke { number, stroke } => StepResult::PaintAgain(*number, stroke.clone()),
+            StepChange::Model(change) => StepResult::WriteModel(change.clone()),
         })
     }
 

@@ -9,6 +9,7 @@ pub mod frame;
 pub mod history;
 mod in_use;
 pub mod masks;
+pub mod model_change;
 pub mod names;
 pub mod page;
 pub mod paint;

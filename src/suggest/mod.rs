@@ -16,6 +16,7 @@
 //! | [`label`] | what each pixel shows |
 //! | [`sweep`] | walls without points |
 //! | [`votes`], [`outline`], [`face`] | where on its plane a face is, its outline, the face |
+//! | [`edit`] | faces whose edges are dragged |
 //! | [`rays`], [`predict`] | lines of sight that faces block; photos predicted with and without a face |
 //! | [`suggest`] | the steps in order |
 //!
@@ -23,6 +24,7 @@
 
 pub mod chart;
 pub mod compare;
+pub mod edit;
 pub mod face;
 mod ground;
 pub mod label;

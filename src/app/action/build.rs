@@ -16,6 +16,7 @@ use crate::action::updating::StackChange;
 use crate::state::State;
 use crate::state::checks::Checks;
 use crate::state::masking::Masking;
+use crate::state::model_suggestions::SuggestedModelState;
 use crate::state::notes::changed;
 use crate::state::notes::{Note, Weight};
 use crate::state::numbers::counted;
@@ -126,6 +127,7 @@ pub fn close_project(state: &mut State, work: &mut Work) {
     leave_round_trip(state, work);
     state.quality = QualityState::default();
     state.checks = Checks::default();
+    state.suggested_model = SuggestedModelState::default();
     state.flights.forget();
     state.life.closed();
     state.space.brush = SpaceBrush::default();

@@ -1,6 +1,7 @@
 //! Decisions of the user: their undo and redo, and the updates that follow from them.
 
 use crate::action::brush::{paint_again, undo_stroke};
+use crate::action::model_suggestions::turn_model;
 use crate::action::objects::follow_objects;
 use crate::action::quality::colour::follow_colour;
 use crate::action::reread::reopen;
@@ -65,6 +66,7 @@ fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Op
         }
         Some(StepResult::TakeBack(number)) => take_back_import(state, work, number),
         Some(StepResult::ImportAgain(number, files)) => import_again(state, work, number, files),
+        Some(StepResult::WriteModel(change)) => turn_model(state, work, &change),
         Some(StepResult::PaintAgain(number, stroke)) => paint_again(state, work, number, &stroke),
         None => (),
     }

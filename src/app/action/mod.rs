@@ -11,6 +11,7 @@ pub mod known;
 pub mod layers;
 pub mod life;
 pub mod masks;
+pub mod model_suggestions;
 pub mod objects;
 pub mod opening;
 pub mod orthophoto;
@@ -59,6 +60,7 @@ pub fn apply(state: &mut State, work: &mut Work, request: Request) {
         Request::Mask(request) => masks::apply(state, work, request),
         Request::Quality(request) => quality::apply(state, work, request),
         Request::Check(request) => check::apply(state, work, request),
+        Request::Model(request) => model_suggestions::apply(state, work, request),
         Request::RoundTrip(request) => round_trip::apply(state, work, request),
         Request::Project(request) => project(state, work, request),
         Request::Trees(request) => trees::apply(state, work, request),

@@ -4,7 +4,7 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, shift, with_project};
 use crate::state::State;
-use crate::state::request::{CheckRequest, Flag, JobRequest, QualityRequest, WindowRequest};
+use crate::state::request::{CheckRequest, Flag, JobRequest, ModelRequest, QualityRequest, WindowRequest};
 use crate::state::running::JobKind;
 use crate::state::session::Session;
 
@@ -20,6 +20,7 @@ pub const COMMANDS: &[&Command] = &[
     &AS_TABLE,
     &CHECK,
     &CHECKED,
+    &COMPLETE,
     &STOP,
 ];
 
@@ -134,6 +135,20 @@ pub const CHECKED: Command = Command {
     ready: with_check,
     on: Some(|state| state.checks.shown),
     request: |_| WindowRequest::Flip(Flag::Check).into(),
+    ..PLAIN
+};
+
+/// Suggests what the model lacks.
+pub const COMPLETE: Command = Command {
+    name: "Suggest what is missing",
+    tooltip: "Finds walls, roofs and ground that the photos show and the model lacks, and shows them as glass; those that you accept \
+              are added to the model.",
+    menu: Menu::Layers,
+    ready: |state| {
+        with_project(state)?;
+        if state.running.runs(JobKind::Model) { Err("it is running") } else { Ok(()) }
+    },
+    request: |_| ModelRequest::Suggest.into(),
     ..PLAIN
 };
 

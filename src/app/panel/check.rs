@@ -8,6 +8,7 @@ use eframe::egui::{
 };
 
 use crate::command::{Commands, layers};
+use crate::panel::button;
 use crate::panel::pictures::image;
 use crate::state::State;
 use crate::state::checks::{Checked, Checks, Mend, percent_of, verdict};
@@ -123,6 +124,7 @@ fn contents(
                 "Views show what is not modelled infinitely far away, or flat on what is behind it. The dots in the \
                  overlays show these points.",
             );
+            button(view.commands, ui, &layers::COMPLETE, requests);
         }
     });
 }

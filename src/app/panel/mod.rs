@@ -20,6 +20,7 @@ pub mod lists;
 pub mod masks;
 pub mod menu;
 pub mod merging;
+pub mod model_suggestions;
 pub mod notes;
 
 mod import_question;

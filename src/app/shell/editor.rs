@@ -26,6 +26,7 @@ use crate::panel::dialogs::DialogsView;
 use crate::panel::flight::export::export_ui;
 use crate::panel::flight::timeline::{TimelineView, timeline_ui};
 use crate::panel::layer_options::LayerOptionsView;
+use crate::panel::model_suggestions::model_suggestions_ui;
 use crate::panel::notes::NotesView;
 use crate::panel::opening::opening_ui;
 use crate::panel::opening::view::OpeningView;
@@ -39,6 +40,7 @@ use crate::panel::status::StatusView;
 use crate::panel::welcome::WelcomeView;
 use crate::state::State;
 use crate::state::life::{Goal, LifeEvent};
+use crate::state::model_suggestions::SuggestedModelState;
 use crate::state::panes::KeyOwner;
 use crate::state::request::{ProjectRequest, Request};
 use crate::state::session::Session;
@@ -374,6 +376,10 @@ impl Editor {
         let commands = Commands::of(&self.state);
         panel::settings::settings_ui(dialogs.settings, settings, commands, &context, &mut requests);
         panel::layer_options::layer_options_ui(&context, &LayerOptionsView::new(&self.state), &mut requests);
+        let SuggestedModelState { mut offered, shown, rejected } =
+            std::mem::take(&mut self.state.suggested_model);
+        model_suggestions_ui(&context, &self.state.running, shown, &mut offered, &mut requests);
+        self.state.suggested_model = SuggestedModelState { offered, shown, rejected };
         check_ui(&CheckView::new(&self.state), &mut self.textures.check, &context, &mut requests);
         let mut dialogs = self.state.opening.dialogs.clone();
         opening_ui(&OpeningView::new(&self.state), &mut dialogs, &context, &mut requests);

@@ -16,6 +16,7 @@ pub mod inspect;
 pub mod life;
 pub mod lists;
 pub mod masking;
+pub mod model_suggestions;
 pub mod next_steps;
 pub mod notes;
 pub mod numbers;
@@ -48,6 +49,7 @@ use self::flight::Flights;
 use self::life::Life;
 use self::lists::ListsState;
 use self::masking::Masking;
+use self::model_suggestions::SuggestedModelState;
 use self::notes::{Note, NoteLog, Weight};
 use self::opening::Opening;
 use self::panes::Panes;
@@ -104,6 +106,8 @@ pub struct State {
     pub trees: TreesState,
     /// The results of checks.
     pub checks: Checks,
+    /// What is suggested to complete the model.
+    pub suggested_model: SuggestedModelState,
     /// The window's clock, and requests to it.
     pub window: WindowState,
 }

@@ -2,6 +2,8 @@
 
 mod flag;
 mod images;
+mod model;
+mod options;
 mod ortho;
 mod publish;
 
@@ -11,6 +13,8 @@ use std::sync::Arc;
 
 pub use self::flag::Flag;
 pub use self::images::ImagesRequest;
+pub use self::model::ModelRequest;
+pub use self::options::OptionsEdit;
 pub use self::ortho::OrthoRequest;
 pub use self::publish::PublishRequest;
 pub use super::quality::request::QualityRequest;
@@ -39,13 +43,12 @@ use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_document::Project;
 use quadratura_document::bookmark::BookmarkIndex;
 use quadratura_document::camera_path::KeyframeIndex;
-use quadratura_document::decisions::PhotoOptions;
 use quadratura_document::history::Gesture;
 use quadratura_document::masks::MaskChange;
 use quadratura_document::paint::PaintBook;
 use quadratura_document::stroke::Stroke;
 use quadratura_io::recovery::UnsavedChanges;
-use quadratura_layers::{LayerIndex, Options};
+use quadratura_layers::LayerIndex;
 use quadratura_sites::discover::SiteParts;
 use quadratura_sites::open::UnusableMask;
 use quadratura_stacks::decide::LayerEdit;
@@ -75,6 +78,8 @@ pub enum Request {
     RoundTrip(RoundTripRequest),
     /// The check of the project.
     Check(CheckRequest),
+    /// What is suggested to complete the model.
+    Model(ModelRequest),
     /// Opening, creating, saving and leaving projects.
     Project(ProjectRequest),
     /// Trees.
@@ -156,14 +161,6 @@ pub enum DecideRequest {
         /// Whether the gesture continues.
         goes_on: bool,
     },
-}
-
-/// An edit of layer options.
-pub enum OptionsEdit {
-    /// Sets the project's options, which apply to photos without their own.
-    Project(Options),
-    /// Sets the options of one photo, by name.
-    Photo(String, PhotoOptions),
 }
 
 /// Requests about stacks, the renderer and the jobs.
@@ -487,6 +484,7 @@ subjects!(
     Quality(QualityRequest),
     RoundTrip(RoundTripRequest),
     Check(CheckRequest),
+    Model(ModelRequest),
     Project(ProjectRequest),
     Trees(TreeRequest),
     Images(ImagesRequest),

@@ -51,6 +51,8 @@ pub enum JobKind {
     Mask,
     /// Finds transient objects.
     Suggest,
+    /// Finds what the model lacks, or adds it to the model.
+    Model,
     /// Searches a folder for photos, cameras and a model.
     Search,
     /// Checks the paths of a dialog.

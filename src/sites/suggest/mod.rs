@@ -1,20 +1,27 @@
 //! A first model from the photos, as a file of named polygons.
 
+mod addition;
 mod obj;
 mod read;
+
+pub use self::addition::{Added, Addition, add_to_model, free_name, model_hash, write_model_change};
+pub use quadratura_suggest::edit::{is_bridge, with_edge_through};
+pub use quadratura_suggest::planes::PlaneKind;
+pub use quadratura_suggest::{SuggestedFace, SuggestedObject};
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use self::obj::{is_ours, obj_text};
-use self::read::{SuggestionSources, of_folders, of_project, seen_points};
+use self::read::{SuggestionSources, of_folders, of_opened, of_project, seen_points};
+use crate::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
 use quadratura_base::task::Task;
 use quadratura_files::atomic::write_atomically;
 use quadratura_import::cameras::CameraOptions;
-use quadratura_suggest::{Input, Reason, SuggestedObject, suggest};
+use quadratura_suggest::{Input, Reason, suggest};
 
 /// What a model is suggested for.
 #[derive(Debug, Clone)]
@@ -132,6 +139,23 @@ pub fn write_suggestion(
         SuggestFor::Project { folder, add } => of_project(folder, *add, task)?,
         SuggestFor::Folders { photos, cameras, options } => of_folders(photos, cameras, options, task)?,
     };
+    let to_file = sources.given.as_ref().map(|given| given.world_from_model.inverse());
+    let suggested = suggested(sources, task)?;
+    let text = obj_text(&suggested.objects, &to_file.unwrap_or(Similarity::IDENTITY));
+    check_target(out, replace)?;
+    write_atomically(out, text.as_bytes())?;
+    Ok(suggested)
+}
+
+/// Suggests what the model of an opened project in `folder` does not explain, in the cameras' world; nothing is written.
+///
+/// # Errors
+/// The errors of reading cameras and photos; [`Error::Input`] with the reason where nothing is suggested; [`Error::Cancelled`].
+pub fn suggest_missing(folder: &Path, opened: &Opened, task: &Task) -> Result<SuggestedModel> {
+    suggested(of_opened(folder, opened, true, task)?, task)
+}
+
+fn suggested(sources: SuggestionSources, task: &Task) -> Result<SuggestedModel> {
     let SuggestionSources { cameras, photos, given, problems } = sources;
     let names: Vec<&str> = photos.iter().map(|(name, _)| name.as_str()).collect();
     let points = seen_points(&cameras, &names);
@@ -140,10 +164,6 @@ pub fn write_suggestion(
     let input = Input { photos: &seen, points: &points, given: model };
     let suggestion =
         suggest(&input, task)?.map_err(|reason| nothing(reason, &cameras.file, seen.len(), points.len()))?;
-    let to_file = given.as_ref().map_or(Similarity::IDENTITY, |given| given.world_from_model.inverse());
-    let text = obj_text(&suggestion.objects, &to_file);
-    check_target(out, replace)?;
-    write_atomically(out, text.as_bytes())?;
     Ok(SuggestedModel {
         objects: suggestion.objects,
         dropped: suggestion.dropped,

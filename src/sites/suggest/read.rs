@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use crate::budget::default_memory;
 use crate::known_names::cameras_of;
-use crate::open::open;
+use crate::open::{Opened, open};
 use crate::photos::found_photos;
 use crate::side_by_side::ParallelPhotos;
 use crate::thumbnail::reduced;
@@ -53,18 +53,25 @@ pub struct PresentModel {
 
 /// Reads a project, and its model where it stays.
 pub fn of_project(folder: &Path, add: bool, task: &Task) -> Result<SuggestionSources> {
-    let mut opened = open(folder, task)?;
+    let opened = open(folder, task)?;
+    let mut sources = of_opened(folder, &opened, add, task)?;
+    if let Some(problems) = Arc::into_inner(opened.problems) {
+        sources.problems.splice(0..0, problems.errors);
+    }
+    Ok(sources)
+}
+
+/// Reads the photos and cameras of an opened project; its model stays with `add`.
+pub fn of_opened(folder: &Path, opened: &Opened, add: bool, task: &Task) -> Result<SuggestionSources> {
     let cameras = cameras_of(folder, &opened.project, &Task::silent())?;
-    let problems =
-        Arc::get_mut(&mut opened.problems).map(|it| std::mem::take(&mut it.errors)).unwrap_or_default();
     let given = add.then(|| PresentModel {
         model: Arc::new(opened.site.model.without(|object| says_backdrop(&object.name))),
         world_from_model: opened.project.world_from_model,
     });
     let read = |photo: &Photo| read_unmasked(photo);
     let bytes = |photo: &Photo| 12 * u64::from(photo.camera.width) * u64::from(photo.camera.height);
-    let (photos, more) = seen(&opened.site.photos, bytes, |photo| photo, read, task)?;
-    Ok(SuggestionSources { cameras, photos, given, problems: problems.into_iter().chain(more).collect() })
+    let (photos, problems) = seen(&opened.site.photos, bytes, |photo| photo, read, task)?;
+    Ok(SuggestionSources { cameras, photos, given, problems })
 }
 
 /// Reads photos and cameras without a project; nothing is written.

@@ -9,6 +9,7 @@ mod placed;
 mod pointing;
 mod reasons;
 mod strip;
+mod suggested;
 mod tools;
 pub mod view;
 
@@ -120,7 +121,8 @@ fn canvas_ui(
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     pane.show_sought(screen_rect(rect));
-    let left = if draws(view, ui) { LeftButton::Draws } else { LeftButton::Moves };
+    let left =
+        if draws(view, ui) || pane.grip.edge.is_some() { LeftButton::Draws } else { LeftButton::Moves };
     let seen = navigate(&mut pane.view.placement, ui, &response, rect, bounds, left);
     let placed = PlacedPhoto { photo, bounds, seen };
     let target = StrokeTarget { placed: &placed, line: pane.line };
@@ -128,6 +130,7 @@ fn canvas_ui(
     picture_ui(ui, view, pane, textures, &placed, requests);
     drawing::drawing_ui(ui, view, pane, &placed);
     masks_ui(ui, view, stroke.as_ref(), textures.masks, &placed, requests);
+    suggested::suggested_ui(ui, view, pane, &response, &placed, requests);
     pointing::point(ui, view, pane, &response, &placed, requests);
     // Nothing covers the photo during a stroke.
     let line = if stroke.is_none() { over::line_ui(ui, view, rect, photo, requests) } else { None };

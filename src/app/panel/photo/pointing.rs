@@ -32,7 +32,7 @@ pub fn point(
     let pixel = pane.pointed.as_ref().map(|pointed| pointed.pixel);
     let suggestion = pixel.and_then(|pixel| view.masking.suggestion_at(session, photo, pixel));
     // A click with a mask tool selects nothing.
-    let free = view.masking.tool.is_none();
+    let free = view.masking.tool.is_none() && pane.grip.edge.is_none();
     let pointed = suggestion.filter(|_| free);
     if view.masking.suggested.pointed != pointed {
         requests.push(MaskRequest::PointAt(pointed).into());

@@ -4,6 +4,7 @@ use crate::command::Commands;
 use crate::state::State;
 use crate::state::flat::FlatViews;
 use crate::state::masking::Masking;
+use crate::state::model_suggestions::ModelSuggestions;
 use crate::state::running::Running;
 use crate::state::selection::SelectionState;
 use crate::state::session::Session;
@@ -28,6 +29,8 @@ pub struct PhotoView<'a> {
     pub running: &'a Running,
     /// The factors of the photos' linear light that match their exposures, in the order of the site.
     pub factors: &'a [[f64; 3]],
+    /// What is suggested to complete the model, while it is shown.
+    pub suggested: Option<&'a ModelSuggestions>,
     /// Whether layers are updated without a click.
     pub keeps_up: bool,
 }
@@ -44,6 +47,7 @@ impl<'a> PhotoView<'a> {
             masking: &state.masking,
             running: &state.running,
             factors: &state.quality.colour.factors,
+            suggested: state.suggested_model.visible(),
             keeps_up: state.settings.keep_up_to_date,
         }
     }

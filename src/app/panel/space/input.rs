@@ -53,7 +53,7 @@ pub fn navigate(
 
 /// Returns whether the left button belongs to a tool.
 fn has_tool(view: &SpacePaneView<'_>, it: &SpaceMemory) -> bool {
-    it.brush.on || view.scene.trees.hand.on
+    it.brush.on || it.grip.edge.is_some() || view.scene.trees.hand.on
 }
 
 /// The function of a drag.

@@ -9,6 +9,7 @@ pub mod legend;
 pub mod measure;
 pub mod overlay;
 pub mod picking;
+pub mod suggested;
 pub mod tools;
 pub mod trees;
 pub mod view;
@@ -62,6 +63,7 @@ pub fn space_ui(
         requests.push(SpaceRequest::Draw(FrameFacts { background: [r, g, b], moves }).into());
         textures.picture_ui(ui, view, rect);
         overlay::overlay_ui(ui, view, it, rect, photos, requests);
+        suggested::suggested_ui(ui, view, it, &response, rect, requests);
         trees::outlines_ui(ui, view, it, &response, rect);
         trees::hand_ui(ui, view, it, &response, rect, requests);
         brush::hand_ui(ui, view, it, &response, rect, requests);
@@ -69,7 +71,7 @@ pub fn space_ui(
         brush::brush_ui(ui, view, it, &response, rect, picture);
         measure::hand_ui(ui, view, it, &response, rect);
         measure::measure_ui(ui, view, it, rect);
-        if it.brush.on || it.measure.on || view.scene.trees.hand.on {
+        if it.brush.on || it.measure.on || it.grip.edge.is_some() || view.scene.trees.hand.on {
             it.hovered = None;
         } else {
             picking::pick(ui, view, it, &response, rect, requests);

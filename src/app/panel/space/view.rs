@@ -2,6 +2,7 @@
 
 use crate::command::Commands;
 use crate::state::State;
+use crate::state::model_suggestions::ModelSuggestions;
 use crate::state::panes::KeyOwner;
 use crate::state::panes::Pane;
 use crate::state::quality::colour::ColourSession;
@@ -25,6 +26,8 @@ pub struct SpacePaneView<'a> {
     pub running: &'a Running,
     /// The exposures of photos.
     pub colour: &'a ColourSession,
+    /// What is suggested to complete the model, while it is shown.
+    pub suggested: Option<&'a ModelSuggestions>,
     /// What the mouse does.
     pub navigation: Navigation,
     /// Whether hints are wanted.
@@ -47,6 +50,7 @@ impl<'a> SpacePaneView<'a> {
             photo: state.selected_photo(),
             running: &state.running,
             colour: &state.quality.colour,
+            suggested: state.suggested_model.visible(),
             navigation: state.settings.navigation,
             hints: state.settings.hints,
             is_painted: !state.round_trip.painted.is_empty(),

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::placement::{PlacedView, ScreenRect};
 use super::version::LayersVersion;
+use crate::state::model_suggestions::EdgeGrip;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_document::stack::UntexturedReason;
 use quadratura_editing::peel::{PeelHit, PeelShape, PhotoLayers};
@@ -29,6 +30,8 @@ pub struct PhotoPane {
     pub mark: Option<(FaceId, DVec2)>,
     /// The rectangle of the clickable line over the photo, as it was drawn last: no stroke starts there.
     pub line: Option<ScreenRect>,
+    /// The edge of a suggestion under the pointer.
+    pub grip: EdgeGrip,
 }
 
 /// The pixel under the pointer, with its shapes.

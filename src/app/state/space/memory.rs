@@ -6,6 +6,7 @@ use super::brush::SpaceBrush;
 use super::measure::MeasuringTool;
 use super::picking::ViewPixel;
 use crate::state::State;
+use crate::state::model_suggestions::EdgeGrip;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_layers::LayerIndex;
 use quadratura_view::navigation::Viewpoint;
@@ -46,6 +47,8 @@ pub struct SpaceMemory {
     pub brush: SpaceBrush,
     /// The measuring tool.
     pub measure: MeasuringTool,
+    /// The edge of a suggestion under the pointer.
+    pub grip: EdgeGrip,
     /// Whether the hint with the first steps is on.
     pub hints: bool,
 }
@@ -71,6 +74,7 @@ impl SpaceMemory {
             peeled: space.images.peeled,
             brush: space.brush.clone(),
             measure: space.measure.clone(),
+            grip: space.grip,
             hints: state.settings.hints,
         }
     }
@@ -88,7 +92,7 @@ impl SpaceMemory {
         space.wipe = self.wipe;
         space.images.peeled = self.peeled;
         space.brush = self.brush;
-        space.measure = self.measure;
+        (space.measure, space.grip) = (self.measure, self.grip);
         let exploded = &mut space.exploded;
         (exploded.apart, exploded.now_apart) = (self.apart, self.now_apart);
         (exploded.begins, exploded.hovered) = (self.begins, self.hovered_layer);

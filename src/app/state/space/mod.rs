@@ -28,6 +28,7 @@ use self::picture::{NewestPicture, PaintedPicture, PictureRequest};
 use self::travel::Travel;
 use self::visibility::ModelVisibility;
 use super::session::Session;
+use crate::state::model_suggestions::EdgeGrip;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_images::live::LiveOptions;
 use quadratura_view::flight::FrameLens;
@@ -73,6 +74,8 @@ pub struct SpaceView {
     pub brush: SpaceBrush,
     /// The measuring tool.
     pub measure: MeasuringTool,
+    /// The edge of a suggestion under the pointer.
+    pub grip: EdgeGrip,
     /// Layered depth images, from which the view may be drawn.
     pub images: SpaceImages,
     /// Whether the legend is shown.
@@ -135,6 +138,7 @@ impl SpaceView {
             exploded: Exploded::default(),
             brush: SpaceBrush::default(),
             measure: MeasuringTool::default(),
+            grip: EdgeGrip::default(),
             images: SpaceImages::default(),
             legend_shown: true,
             wireframe: false,
