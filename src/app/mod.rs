@@ -26,7 +26,9 @@ use self::frame_times::{FrameTimes, FrameTimesReport};
 use self::shell::APP_ID;
 pub use self::shell::{editor, frame_times};
 pub use self::state::space::view_pixel;
-pub use self::state::{life, notes, panes, request, running, selection, settings, site_frame};
+pub use self::state::{
+    life, model_suggestions, notes, panes, request, running, selection, settings, site_frame,
+};
 pub use self::work::autosave::Ending;
 pub use self::work::crash;
 pub use self::work::priority::lower_own_priority;

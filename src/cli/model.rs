@@ -27,7 +27,7 @@ pub fn run(args: &ModelArgs, task: &Task) -> Result<Outcome> {
 fn suggest(args: &ModelSuggestArgs, task: &Task) -> Result<Outcome> {
     let folder = args.project.as_deref().unwrap_or(Path::new(""));
     let out = args.out.clone().unwrap_or_else(|| folder.join(NAME));
-    let written = write_suggestion(&source(args), &out, args.replace, task)?;
+    let written = write_suggestion(&source(args), args.mesh.as_deref(), &out, args.replace, task)?;
     let figures: Vec<ObjectFigures> = written.objects.iter().map(ObjectFigures::new).collect();
     let problems: Vec<&Error> = written.problems.iter().collect();
     Ok(Outcome {
@@ -41,6 +41,7 @@ fn suggest(args: &ModelSuggestArgs, task: &Task) -> Result<Outcome> {
             "file": out.display().to_string(),
             "objects": figures,
             "dropped_faces": written.dropped,
+            "predicted_psnr_db": written.psnr_db,
             "photos": written.photos,
             "sparse_points": written.points,
             "left_out": written.problems.iter().map(error_text).collect::<Vec<_>>(),

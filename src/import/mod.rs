@@ -2,6 +2,7 @@
 //! them.
 
 pub mod cameras;
+pub mod meshes;
 pub mod models;
 pub mod photo;
 

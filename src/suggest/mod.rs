@@ -7,7 +7,7 @@
 //! | modules | contents |
 //! |---|---|
 //! | [`chart`], [`view`] | a raster on a plane; a photo at the working size |
-//! | [`points`] | the points that say something, in normalised coordinates; which photos are compared |
+//! | [`points`], [`scan`] | the points that say something, in normalised coordinates; which photos are compared |
 //! | [`planes`] | planes of points |
 //! | [`up`], [`support`] | which way is up; how far points and rays support the places of a plane |
 //! | `ground` | the ground, by comparing photos |
@@ -16,6 +16,7 @@
 //! | [`label`] | what each pixel shows |
 //! | [`sweep`] | walls without points |
 //! | [`votes`], [`outline`], [`face`] | where on its plane a face is, its outline, the face |
+//! | [`snap`] | edges that lie along other planes, plumb, level |
 //! | [`edit`] | faces whose edges are dragged |
 //! | [`rays`], [`predict`] | lines of sight that faces block; photos predicted with and without a face |
 //! | [`suggest`] | the steps in order |
@@ -33,8 +34,10 @@ pub mod planes;
 pub mod points;
 pub mod predict;
 pub mod rays;
+pub mod scan;
 pub mod sgm;
 pub mod sky;
+pub mod snap;
 pub mod suggest;
 pub mod support;
 pub mod sweep;
@@ -46,5 +49,6 @@ pub mod votes;
 mod tests;
 
 pub use points::SourcePoint;
+pub use scan::points_of_mesh;
 pub use suggest::{Input, Reason, SuggestedFace, SuggestedObject, Suggestion, suggest};
 pub use view::{FINE_PX, SourcePhoto};

@@ -9,7 +9,7 @@ use quadratura_base::geometry::polygon::bridge_holes;
 use super::chart::{PlaneChart, regions};
 
 /// How far an outline may leave the cells' edges, in cells.
-const SLACK: f64 = 2.5;
+pub const SLACK: f64 = 2.5;
 
 /// The same as a share of the side of a square of the region's area, where that is more: nobody drags a thousand corners of a
 /// court's ground.

@@ -10,9 +10,8 @@ use super::view::WorkingPhoto;
 
 /// The share of a ray behind a face from which on it is blocked.
 const BEHIND: f64 = 0.03;
-/// The share of the rays that meet a face which its cells may block. Outlines leave the cells by up to three, so that this is a quarter of
-/// the 1 % that a face should not exceed.
-const MOST_BLOCKED: f64 = 0.0025;
+/// The share of the rays that meet a face which it may block: wild points are not fewer.
+const MOST_BLOCKED: f64 = 0.01;
 /// The side of the squares that are cut out, in cells: smaller holes are no part of an outline.
 const SQUARE: usize = 8;
 
@@ -54,8 +53,14 @@ impl Rays {
         (blocked, blocked + on(&self.ending))
     }
 
-    /// Cuts squares out of a mask, those that block most first, until it blocks no more than it may.
-    pub fn cut(&self, mask: &mut [bool], chart: &PlaneChart) {
+    /// Returns whether a mask blocks more than 1 % of the rays that meet it; one ray alone may be wrong.
+    pub fn is_wrong(&self, mask: &[bool]) -> bool {
+        let (blocked, met) = self.count(mask);
+        blocked > 1 && blocked as f64 > MOST_BLOCKED * met as f64
+    }
+
+    /// Cuts squares out of a mask, those that block most first, until it blocks no more than a share of the rays that meet it.
+    pub fn cut(&self, mask: &mut [bool], chart: &PlaneChart, most: f64) {
         let columns = chart.size[0].div_ceil(SQUARE);
         let square = |cell: usize| (cell / chart.size[0] / SQUARE) * columns + cell % chart.size[0] / SQUARE;
         let count = columns * chart.size[1].div_ceil(SQUARE);
@@ -73,7 +78,7 @@ impl Rays {
         });
         let mut is_cut = vec![false; count];
         for i in order {
-            if all_blocked as f64 <= MOST_BLOCKED * all as f64 {
+            if all_blocked as f64 <= most * all as f64 {
                 break;
             }
             is_cut[i] = true;

@@ -11,7 +11,7 @@ use quadratura_base::task::Task;
 
 use super::planes::PlaneKind;
 use super::support::middle;
-use super::{Input, Reason, SourcePhoto, SourcePoint, SuggestedObject, Suggestion, suggest};
+use super::{Input, Reason, SourcePhoto, SourcePoint, SuggestedObject, Suggestion, points_of_mesh, suggest};
 
 /// A site whose every surface has a texture.
 struct Invented {
@@ -207,6 +207,43 @@ fn a_court_is_found_wherever_it_is_and_however_large() {
     let mut points = Invented::court().points(2500);
     points.iter_mut().for_each(|point| point.position = to.apply(point.position));
     assert_court(&answer(&photos, &points).unwrap(), &moved, 1000.0, rotation * DVec3::Z);
+}
+
+/// The site's surfaces as a scanner makes them: small triangles, rough by 2 cm, wound either way.
+fn scanned(site: &Invented, side: f64) -> Bvh {
+    let mut rng = Rng::new(3);
+    let mut triangles = Vec::new();
+    for face in site.model.face_ids() {
+        let ring: Vec<DVec3> = site.model.ring_points(face).collect();
+        let (along, across) = (ring[1] - ring[0], ring[3] - ring[0]);
+        let [columns, rows] = [along, across].map(|edge| (edge.length() / side).ceil() as usize);
+        let mut rough = || site.model.face(face).plane.normal * rng.between(-0.02, 0.02);
+        let grid: Vec<DVec3> = (0..(columns + 1) * (rows + 1))
+            .map(|at| {
+                let (i, j) = (at % (columns + 1), at / (columns + 1));
+                ring[0] + along * (i as f64 / columns as f64) + across * (j as f64 / rows as f64) + rough()
+            })
+            .collect();
+        for (i, j) in (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j))) {
+            let first = j * (columns + 1) + i;
+            let [a, b, c, d] =
+                [first, first + 1, first + columns + 1, first + columns + 2].map(|at| grid[at]);
+            triangles.extend([[a, b, c], [b, c, d]]);
+        }
+    }
+    Bvh::new(triangles)
+}
+
+#[test]
+fn a_dense_mesh_takes_the_place_of_sparse_points() {
+    let site = Invented::court();
+    let photos = site.photos();
+    let points = points_of_mesh(&scanned(&site, 0.25), &photos, &Task::silent()).unwrap();
+    assert!((10_000..31_000).contains(&points.len()), "{} points", points.len());
+    let found = answer(&photos, &points).unwrap();
+    assert_court(&found, &site, 1.0, DVec3::Z);
+    let elsewhere = Bvh::new(vec![[DVec3::Z, DVec3::X, DVec3::Y].map(|corner| corner + 1e4)]);
+    assert!(points_of_mesh(&elsewhere, &photos, &Task::silent()).unwrap().is_empty());
 }
 
 #[test]

@@ -22,4 +22,5 @@ mod room;
 mod session;
 mod space;
 mod stops;
+mod suggesting;
 mod up_to_date;

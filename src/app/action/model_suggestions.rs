@@ -190,6 +190,7 @@ mod tests {
         SuggestedModel {
             objects: vec![object(1.0), object(9.0)],
             dropped: 0,
+            psnr_db: 20.0,
             photos: 3,
             points: 99,
             problems: Vec::new(),

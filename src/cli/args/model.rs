@@ -34,6 +34,9 @@ pub struct ModelSuggestArgs {
     /// The file to write, an OBJ [default: suggested.obj in the project's folder, else in the working folder]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// A dense mesh to take planes from instead of sparse points: PLY, OBJ, glTF or GLB, in the cameras' coordinates
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
     /// Keep the project's model, and suggest only what it does not explain, in the coordinates of the model's file
     #[arg(long, requires = "project")]
     pub add: bool,

@@ -18,10 +18,12 @@ use self::read::{SuggestionSources, of_folders, of_opened, of_project, seen_poin
 use crate::open::Opened;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::geometry::Similarity;
+use quadratura_base::geometry::bvh::Bvh;
 use quadratura_base::task::Task;
 use quadratura_files::atomic::write_atomically;
 use quadratura_import::cameras::CameraOptions;
-use quadratura_suggest::{Input, Reason, suggest};
+use quadratura_import::meshes::{DenseMesh, read_mesh};
+use quadratura_suggest::{Input, Reason, SourcePhoto, SourcePoint, points_of_mesh, suggest};
 
 /// What a model is suggested for.
 #[derive(Debug, Clone)]
@@ -51,6 +53,8 @@ pub struct SuggestedModel {
     pub objects: Vec<SuggestedObject>,
     /// Faces that were dropped because they hardly show, or because photos are predicted better without them.
     pub dropped: usize,
+    /// How well photos that are left out are predicted from the others, as PSNR in dB.
+    pub psnr_db: f64,
     /// Photos that were used.
     pub photos: usize,
     /// Sparse points that were read.
@@ -122,7 +126,7 @@ pub fn check_target(out: &Path, replace: bool) -> Result<()> {
     }
 }
 
-/// Suggests a model and writes it as an OBJ. The file has the cameras' coordinates; with `add`, those of the project's model, so
+/// Suggests a model from sparse points, or from a dense `mesh` in the cameras' coordinates, and writes it as an OBJ. The file has the cameras' coordinates; with `add`, those of the project's model, so
 /// that the two can be joined.
 ///
 /// # Errors
@@ -130,17 +134,19 @@ pub fn check_target(out: &Path, replace: bool) -> Result<()> {
 /// suggested; the errors of [`check_target`]; [`Error::Cancelled`], after which no file is written.
 pub fn write_suggestion(
     source: &SuggestFor,
+    mesh: Option<&Path>,
     out: &Path,
     replace: bool,
     task: &Task,
 ) -> Result<SuggestedModel> {
     check_target(out, replace)?;
+    let mesh = mesh.map(|file| Ok((file, read_mesh(file, task)?))).transpose()?;
     let sources = match source {
         SuggestFor::Project { folder, add } => of_project(folder, *add, task)?,
         SuggestFor::Folders { photos, cameras, options } => of_folders(photos, cameras, options, task)?,
     };
     let to_file = sources.given.as_ref().map(|given| given.world_from_model.inverse());
-    let suggested = suggested(sources, task)?;
+    let suggested = suggested(sources, mesh, task)?;
     let text = obj_text(&suggested.objects, &to_file.unwrap_or(Similarity::IDENTITY));
     check_target(out, replace)?;
     write_atomically(out, text.as_bytes())?;
@@ -152,14 +158,22 @@ pub fn write_suggestion(
 /// # Errors
 /// The errors of reading cameras and photos; [`Error::Input`] with the reason where nothing is suggested; [`Error::Cancelled`].
 pub fn suggest_missing(folder: &Path, opened: &Opened, task: &Task) -> Result<SuggestedModel> {
-    suggested(of_opened(folder, opened, true, task)?, task)
+    suggested(of_opened(folder, opened, true, task)?, None, task)
 }
 
-fn suggested(sources: SuggestionSources, task: &Task) -> Result<SuggestedModel> {
+/// Suggests from sparse points, or from what photos see of a mesh in their place.
+fn suggested(
+    sources: SuggestionSources,
+    mesh: Option<(&Path, DenseMesh)>,
+    task: &Task,
+) -> Result<SuggestedModel> {
     let SuggestionSources { cameras, photos, given, problems } = sources;
     let names: Vec<&str> = photos.iter().map(|(name, _)| name.as_str()).collect();
-    let points = seen_points(&cameras, &names);
     let seen: Vec<_> = photos.iter().map(|(_, photo)| photo.clone()).collect();
+    let points = match mesh {
+        Some((file, mesh)) => seen_of_mesh(file, mesh, &seen, task)?,
+        None => seen_points(&cameras, &names),
+    };
     let model = given.as_ref().map(|given| &*given.model);
     let input = Input { photos: &seen, points: &points, given: model };
     let suggestion =
@@ -167,10 +181,30 @@ fn suggested(sources: SuggestionSources, task: &Task) -> Result<SuggestedModel> 
     Ok(SuggestedModel {
         objects: suggestion.objects,
         dropped: suggestion.dropped,
+        psnr_db: suggestion.psnr_db,
         photos: seen.len(),
         points: points.len(),
         problems,
     })
+}
+
+/// Returns points on a mesh with the photos that see them.
+fn seen_of_mesh(
+    file: &Path,
+    mesh: DenseMesh,
+    photos: &[SourcePhoto],
+    task: &Task,
+) -> Result<Vec<SourcePoint>> {
+    let DenseMesh { vertices, triangles } = mesh;
+    let corners = triangles.iter().map(|triangle| triangle.map(|vertex| vertices[vertex as usize])).collect();
+    drop((vertices, triangles));
+    let points = points_of_mesh(&Bvh::new(corners), photos, task)?;
+    if points.is_empty() {
+        let found = "no two photos see a part of it";
+        let remedy = "export the mesh in the coordinates of the cameras, from the program that made both";
+        return Err(Error::input(file, "", found, remedy));
+    }
+    Ok(points)
 }
 
 /// Says why nothing is suggested, and what to do.

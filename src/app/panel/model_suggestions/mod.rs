@@ -13,8 +13,9 @@ use crate::state::request::{ModelRequest, Request};
 use crate::state::running::{JobKind, Running};
 use crate::widget::spinner::Spinner;
 
-/// The width of the names' fields, and the greatest height of the list, in points.
-const NAME: f32 = 150.0;
+/// The size of the names' fields, the width of the window, and the greatest height of the list, in points.
+const NAME: [f32; 2] = [130.0, 20.0];
+const WIDTH: f32 = 400.0;
 const LIST: f32 = 300.0;
 
 /// Draws the window while it is shown; what is typed and ticked is changed in `offered`.
@@ -28,7 +29,8 @@ pub fn model_suggestions_ui(
     let Some(offered) = offered.as_mut().filter(|_| shown) else { return };
     let mut open = true;
     let window = Window::new("Suggestions for the model").open(&mut open).resizable(false);
-    window.default_pos([300.0, 90.0]).show(context, |ui| {
+    window.default_pos([860.0, 400.0]).show(context, |ui| {
+        ui.set_width(WIDTH);
         ui.label("Glass in the photo and in the 3D view shows what the model lacks. Drag an edge to extend a face along its plane.");
         ui.add_space(4.0);
         ScrollArea::vertical().max_height(LIST).show(ui, |ui| list(ui, offered, requests));
@@ -42,14 +44,17 @@ pub fn model_suggestions_ui(
 
 fn list(ui: &mut Ui, offered: &mut ModelSuggestions, requests: &mut Vec<Request>) {
     let mut pointed = None;
-    Grid::new("suggestions for the model").num_columns(5).spacing([10.0, 4.0]).show(ui, |ui| {
-        for (index, object) in offered.objects.iter_mut().enumerate() {
-            if row(ui, index, object, requests) {
-                pointed = Some(index);
+    Grid::new("suggestions for the model").num_columns(5).min_col_width(0.0).spacing([10.0, 4.0]).show(
+        ui,
+        |ui| {
+            for (index, object) in offered.objects.iter_mut().enumerate() {
+                if row(ui, index, object, requests) {
+                    pointed = Some(index);
+                }
+                ui.end_row();
             }
-            ui.end_row();
-        }
-    });
+        },
+    );
     offered.pointed = pointed;
 }
 
@@ -61,7 +66,7 @@ fn row(ui: &mut Ui, index: usize, object: &mut OfferedObject, requests: &mut Vec
     let tick =
         ui.add(Checkbox::without_text(&mut object.wanted)).on_hover_text("Whether it is added to the model.");
     named(&tick, &format!("Add {name}"));
-    let field = ui.add(TextEdit::singleline(&mut object.name).desired_width(NAME));
+    let field = ui.add_sized(NAME, TextEdit::singleline(&mut object.name));
     named(&field, &format!("Name of suggestion {}", index + 1));
     let figures = ui.label(figures(object)).on_hover_text(
         "The gain is by how much the object lowers the error of photos that are predicted from the others, where they show it \
