@@ -13,6 +13,7 @@ use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_document::model_change::ModelChange;
 use quadratura_files::atomic::write_atomically;
+use quadratura_files::free_path::free_path;
 use quadratura_files::hash::hash_bytes;
 use quadratura_import::models::read_model;
 use quadratura_io::project::{relative_to, resolved};
@@ -72,7 +73,7 @@ pub fn add_to_model(
     let present: BTreeSet<&str> = model.objects.iter().map(|object| object.name.as_str()).collect();
     let added = in_file(additions, &present, &project.world_from_model.inverse());
     if hash_bytes(&before) != known {
-        let beside = free(&folder.join("suggested.obj"));
+        let beside = free_path(&folder.join("suggested.obj"), |_| false).path;
         write_atomically(&beside, &appended(&[], &added))?;
         return Ok(Added::Beside(beside));
     }
@@ -83,7 +84,7 @@ pub fn add_to_model(
         return Ok(Added::Written(change));
     }
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let copy = free(&folder.join(format!("{stem}-completed.obj")));
+    let copy = free_path(&folder.join(format!("{stem}-completed.obj")), |_| false).path;
     write_atomically(&copy, &appended(obj_of_model(&model).as_bytes(), &added))?;
     let model = relative_to(folder, &copy)?;
     Ok(Added::Copied { file: copy, model })
@@ -124,15 +125,6 @@ pub fn free_name(name: &str, taken: &BTreeSet<String>) -> String {
     let base = base.trim_end_matches(|it: char| it.is_ascii_digit()).trim_end_matches('_');
     let numbered = |number: usize| format!("{base}_{number}{ending}");
     (1..).map(numbered).find(|name| !taken.contains(name)).expect("numbers do not end")
-}
-
-/// Returns a path at which there is nothing: this one, or one with a number.
-fn free(path: &Path) -> PathBuf {
-    let is_free = |path: &PathBuf| path.symlink_metadata().is_err();
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let numbered = |number: usize| path.with_file_name(format!("{stem}-{number}.obj"));
-    let first = Some(path.to_path_buf()).filter(is_free);
-    first.unwrap_or_else(|| (2..).map(numbered).find(is_free).expect("numbers do not end"))
 }
 
 #[cfg(test)]

@@ -13,8 +13,11 @@ use crate::state::session::Session;
 use crate::work::Work;
 use crate::work::jobs::arrival;
 use quadratura_base::error::{Error, Result};
+use quadratura_files::free_path::free_path;
+use quadratura_import::cameras::CameraOptions;
 use quadratura_sites::create::{self, NewProject};
 use quadratura_sites::discover::{Candidates, SitePart, SiteParts, find_site, part_at};
+use quadratura_sites::suggest::{SuggestFor, write_suggestion};
 
 impl State {
     /// Fills in the result of a search; `known` is a part that was given.
@@ -27,6 +30,18 @@ impl State {
         found.into_iter().for_each(|candidates| assistant.take(root, candidates));
         if let Some((part, path)) = known {
             assistant.places[part as usize].set(&path);
+        }
+    }
+}
+
+impl State {
+    /// Takes in a model that was suggested, or the reason why there is none.
+    fn first_model_suggested(&mut self, made: Result<PathBuf>) {
+        let Some(assistant) = &mut self.opening.dialogs.assistant else { return };
+        let place = &mut assistant.places[SitePart::Model as usize];
+        match made {
+            Ok(file) => place.set(&file),
+            Err(error) => place.errors.push(error.to_string()),
         }
     }
 }
@@ -67,6 +82,27 @@ fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(S
             found => found,
         };
         Ok(arrival(move |state| state.searched(&root, found, known)))
+    });
+}
+
+/// Starts suggesting a model from photos and cameras; it is written into the site folder, where it becomes the model of the
+/// project.
+pub fn suggest_model(state: &mut State, work: &mut Work) {
+    let Some(assistant) = &mut state.opening.dialogs.assistant else { return };
+    let SiteParts { photos, cameras, .. } = assistant.parts();
+    assistant.places[SitePart::Model as usize].errors.clear();
+    let root = typed_path(&assistant.root);
+    let beside = photos.parent().map(Path::to_path_buf).unwrap_or_default();
+    let folder = if root.is_dir() { root } else { beside };
+    let round = state.opening.round;
+    work.jobs.start(&mut state.running, JobKind::Open, "Suggesting a model", move |task| {
+        let out = free_path(&folder.join("suggested.obj"), |_| false).path;
+        let source = SuggestFor::Folders { photos, cameras, options: CameraOptions::default() };
+        let made = match write_suggestion(&source, None, &out, false, task) {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            made => made.map(|_| out),
+        };
+        Ok(if_wanted(round, arrival(move |state| state.first_model_suggested(made))))
     });
 }
 

@@ -14,7 +14,7 @@ mod sample;
 
 use std::path::{Path, PathBuf};
 
-use self::assistant::{search_site, start_assistant};
+use self::assistant::{search_site, start_assistant, suggest_model};
 use self::chooser::{choose, take_chosen};
 use self::copying::{request_for_copy, save_copy};
 use self::held::watch_held;
@@ -59,6 +59,7 @@ pub fn grant_opening(state: &mut State, work: &mut Work, request: DialogRequest)
         DialogRequest::Take(path) => take_path(state, work, &path),
         DialogRequest::Choose(purpose) => choose(work, purpose),
         DialogRequest::Search => search_site(state, work),
+        DialogRequest::SuggestModel => suggest_model(state, work),
         DialogRequest::Create => happens(state, work, LifeEvent::Leave(Goal::Create)),
         DialogRequest::Cancel => cancel_dialogs(state, work),
         DialogRequest::TryAgain(folder) => open_project(state, work, folder),

@@ -142,6 +142,22 @@ fn a_project_that_cannot_be_created_leaves_the_assistant_open_with_the_errors() 
 }
 
 #[test]
+fn a_model_that_cannot_be_suggested_says_why_in_the_line_of_the_model_and_leaves_no_file() {
+    let mut bench = TestBench::empty();
+    dialog(&mut bench, DialogRequest::New(None));
+    let folder = bench.folder().to_path_buf();
+    let it = assistant(&mut bench);
+    it.root = folder.display().to_string();
+    [SitePart::Photos, SitePart::Cameras].into_iter().for_each(|part| it.places[part as usize].set(&folder));
+    dialog(&mut bench, DialogRequest::SuggestModel);
+    assert!(bench.state.running.runs(JobKind::Open));
+    bench.settle();
+    let model = &assistant(&mut bench).places[SitePart::Model as usize];
+    assert!(model.typed.is_empty() && model.errors.len() == 1, "{:?}", model.errors);
+    assert!(bench.said().is_empty() && !folder.join("suggested.obj").exists());
+}
+
+#[test]
 fn cancelling_closes_the_dialogs_and_stops_their_searches() {
     let mut bench = TestBench::empty();
     let root = bench.folder().to_path_buf();

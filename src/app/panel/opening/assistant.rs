@@ -66,6 +66,7 @@ fn contents(
         part_line(ui, part, place, requests);
         part_found(ui, part, place, look);
     }
+    suggest(assistant, ui, requests);
     ui.add_space(6.0);
     folder(assistant, ui, requests);
     assistant.judge_folder();
@@ -113,6 +114,24 @@ fn root(
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     entered
+}
+
+/// Offers to suggest a model where there are photos and cameras, and no model.
+fn suggest(assistant: &Assistant, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {
+    let is_typed = |part: SitePart| !assistant.places[part as usize].typed.trim().is_empty();
+    if is_typed(SitePart::Model) || !is_typed(SitePart::Photos) || !is_typed(SitePart::Cameras) {
+        return;
+    }
+    ui.indent("suggest", |ui| {
+        ui.horizontal(|ui| {
+            let help = "Makes a first model of ground, walls and roofs from photos and sparse points. It is written to suggested.obj \
+                        in the site folder.";
+            if ui.button("Suggest a model").on_hover_text(help).clicked() {
+                requests.push(DialogRequest::SuggestModel);
+            }
+            ui.weak("It takes a minute or a few.");
+        });
+    });
 }
 
 fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogRequest>) {

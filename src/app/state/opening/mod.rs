@@ -66,6 +66,8 @@ pub enum DialogRequest {
     Choose(Purpose),
     /// Searches the site folder of the assistant.
     Search,
+    /// Suggests a model from the photos and cameras of the assistant.
+    SuggestModel,
     /// Creates the project that the assistant describes.
     Create,
     /// Closes the open dialog.
