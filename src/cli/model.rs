@@ -34,7 +34,7 @@ fn suggest(args: &ModelSuggestArgs, task: &Task) -> Result<Outcome> {
         text: format!(
             "{}\n{}{}",
             table(&figures).render(),
-            summary(&written, &figures, &out),
+            summary(&written, &figures, args.mesh.is_some(), &out),
             next(args, &out)
         ),
         json: json!({
@@ -76,7 +76,7 @@ fn table(objects: &[ObjectFigures]) -> Table {
     table
 }
 
-fn summary(written: &SuggestedModel, objects: &[ObjectFigures], out: &Path) -> String {
+fn summary(written: &SuggestedModel, objects: &[ObjectFigures], of_mesh: bool, out: &Path) -> String {
     let faces = objects.iter().map(|object| object.faces).sum();
     format!(
         "{} in {} from {} and {}, written to {}; {} dropped that hardly show, or without which \
@@ -85,7 +85,7 @@ fn summary(written: &SuggestedModel, objects: &[ObjectFigures], out: &Path) -> S
         counted(faces, "face"),
         counted(objects.len(), "object"),
         counted(written.photos, "photo"),
-        counted(written.points, "sparse point"),
+        counted(written.points, if of_mesh { "place of the mesh" } else { "sparse point" }),
         out.display(),
         counted(written.dropped, "face"),
     )

@@ -60,6 +60,25 @@ fn cameras_that_say_too_little_are_refused_with_what_to_do() {
 }
 
 #[test]
+fn a_mesh_that_no_photo_sees_or_that_is_none_is_refused() {
+    let site = sample();
+    let suggest = |mesh: &str| {
+        let inputs = "--photos piazza/photos --cameras piazza/sparse --out model.obj";
+        stderr_of(&site.run(&format!("model suggest {inputs} --mesh {mesh}")).code(1))
+    };
+    fs::write(site.path("far.obj"), "v 9e6 0 0\nv 9e6 1 0\nv 9e6 0 1\nf 1 2 3\n").unwrap();
+    let far = suggest("far.obj");
+    assert!(
+        far.contains("no two photos see a part of it") && far.contains("coordinates of the cameras"),
+        "{far}"
+    );
+    let cloud = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+    fs::write(site.path("cloud.ply"), cloud).unwrap();
+    assert!(suggest("cloud.ply").contains("a cloud of points is no mesh"));
+    assert!(!site.path("model.obj").exists());
+}
+
+#[test]
 fn what_the_model_explains_is_not_suggested_again() {
     let site = sample();
     let done = site.run("model suggest piazza/project --add --json");
