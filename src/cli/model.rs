@@ -85,7 +85,7 @@ fn summary(written: &SuggestedModel, objects: &[ObjectFigures], of_mesh: bool, o
         counted(faces, "face"),
         counted(objects.len(), "object"),
         counted(written.photos, "photo"),
-        counted(written.points, if of_mesh { "place of the mesh" } else { "sparse point" }),
+        counted(written.points, if of_mesh { "mesh point" } else { "sparse point" }),
         out.display(),
         counted(written.dropped, "face"),
     )
