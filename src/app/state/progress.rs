@@ -34,6 +34,14 @@ fn plan(kind: JobKind) -> &'static [Planned] {
             ("find photos", 0.2, "finding photos"),
             ("check stacks", 0.2, "checking layers"),
         ],
+        JobKind::Model => &[
+            ("read photos", 0.1, "reading photos"),
+            ("find planes", 0.1, "finding planes"),
+            ("label photos", 0.3, "comparing photos"),
+            ("sweep walls", 0.2, "finding walls"),
+            ("outline faces", 0.1, "outlining faces"),
+            ("predict photos", 0.2, "predicting photos"),
+        ],
         JobKind::Preview => &[
             ("shared points", 0.1, "matching exposures"),
             ("relief", 0.3, "estimating depth detail"),

@@ -95,7 +95,7 @@ pub fn suggest_model(state: &mut State, work: &mut Work) {
     let beside = photos.parent().map(Path::to_path_buf).unwrap_or_default();
     let folder = if root.is_dir() { root } else { beside };
     let round = state.opening.round;
-    work.jobs.start(&mut state.running, JobKind::Open, "Suggesting a model", move |task| {
+    work.jobs.start(&mut state.running, JobKind::Model, "Suggesting a model", move |task| {
         let out = free_path(&folder.join("suggested.obj"), |_| false).path;
         let source = SuggestFor::Folders { photos, cameras, options: CameraOptions::default() };
         let made = match write_suggestion(&source, None, &out, false, task) {

@@ -150,7 +150,7 @@ fn a_model_that_cannot_be_suggested_says_why_in_the_line_of_the_model_and_leaves
     it.root = folder.display().to_string();
     [SitePart::Photos, SitePart::Cameras].into_iter().for_each(|part| it.places[part as usize].set(&folder));
     dialog(&mut bench, DialogRequest::SuggestModel);
-    assert!(bench.state.running.runs(JobKind::Open));
+    assert!(bench.state.running.runs(JobKind::Model));
     bench.settle();
     let model = &assistant(&mut bench).places[SitePart::Model as usize];
     assert!(model.typed.is_empty() && model.errors.len() == 1, "{:?}", model.errors);

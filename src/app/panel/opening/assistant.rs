@@ -14,6 +14,8 @@ use quadratura_sites::discover::{DiscoveryReport, SitePart};
 
 /// The width of the dialog, in points.
 const WIDTH: f32 = 680.0;
+/// The jobs during which nothing is changed: creating the project, suggesting its model.
+const MAKES: [JobKind; 2] = [JobKind::Open, JobKind::Model];
 
 /// Draws the assistant when it is open.
 pub fn assistant_ui(
@@ -23,7 +25,7 @@ pub fn assistant_ui(
     requests: &mut Vec<DialogRequest>,
     app: &mut Vec<Request>,
 ) {
-    let makes = view.running.runs(JobKind::Open);
+    let makes = view.running.runs_any(&MAKES);
     // Escape first leaves the text field.
     let types = context.text_edit_focused();
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
@@ -156,7 +158,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, requests: &mut Vec<DialogReque
 }
 
 fn progress(view: &OpeningView<'_>, ui: &mut Ui, requests: &mut Vec<Request>) {
-    let Some((id, job)) = view.running.all().find(|(_, job)| job.kind == JobKind::Open) else {
+    let Some((id, job)) = view.running.all().find(|(_, job)| MAKES.contains(&job.kind)) else {
         return;
     };
     ui.horizontal(|ui| {
