@@ -38,6 +38,15 @@ impl Invented {
         Self { model: std::sync::Arc::unwrap_or_clone(m.finish()), cameras }
     }
 
+    /// Turns the cameras about their axes, one to the left, the next to the right.
+    fn rolled(mut self, by_rad: f64) -> Self {
+        for (i, (_, pose)) in self.cameras.iter_mut().enumerate() {
+            let roll = DMat3::from_rotation_z(if i % 2 == 0 { by_rad } else { -by_rad });
+            *pose = Pose { rotation: roll * pose.rotation, translation: roll * pose.translation };
+        }
+        self
+    }
+
     /// The triangles, with the object of each.
     fn surface(&self) -> (Bvh, Vec<u32>) {
         let (mut triangles, mut objects) = (Vec::new(), Vec::new());
@@ -267,9 +276,9 @@ fn a_face_in_front_of_a_camera_is_cut_where_rays_pass() {
                     blocked += usize::from(t < 0.97);
                 }
             }
-            // The rays are counted on cells, the face is outlined within 2.5 of them.
+            // A ray may pass in the cell beside the outline, and one alone may be wrong.
             assert!(
-                f64::from(blocked as u32) <= 0.02 * f64::from(met) + 2.0,
+                f64::from(blocked as u32) <= 0.01 * f64::from(met) + 2.0,
                 "{}: {blocked} of {met}",
                 object.name
             );
@@ -312,6 +321,67 @@ fn without_tracks_and_with_wild_observations_fewer_faces_are_suggested() {
     let found = answer(&photos, &points).unwrap();
     let faces: usize = found.objects.iter().map(|object| object.faces.len()).sum();
     assert!((3..20).contains(&faces), "{faces} faces");
+}
+
+#[test]
+fn walls_tell_up_where_cameras_disagree() {
+    let found = suggested(&Invented::court().rolled(0.05));
+    let tilt = found.up.angle_between(DVec3::Z).to_degrees();
+    assert!(tilt < 0.5, "up is {tilt} degrees off, of cameras rolled by 3");
+}
+
+#[test]
+fn a_white_wall_without_points_takes_nothing_else_with_it() {
+    let site = Invented::court();
+    let north = site.model.object_named("north").unwrap();
+    let plane = site.model.face(site.model.object(north).faces[0]).plane;
+    let (tree, objects) = site.surface();
+    let mut photos = site.photos();
+    for photo in &mut photos {
+        let (eye, turn) = (photo.pose.center_in_world(), photo.pose.rotation.transpose());
+        let before = photo.pixels.clone();
+        let rect = PixelRect::of_size(photo.camera.width, photo.camera.height);
+        photo.pixels = Image::from_fn(rect, |(x, y)| {
+            let ray = turn * photo.camera.ray_in_camera(middle(x as usize, y as usize));
+            let hit = tree.first_hit(eye, ray, f64::INFINITY);
+            let is_north = hit.is_some_and(|(_, triangle)| objects[triangle as usize] == north.0);
+            if is_north { [232, 232, 228, 255] } else { before.pixels()[(y * rect.w as i32 + x) as usize] }
+        });
+    }
+    let mut points = site.points(2500);
+    points.retain(|point| plane.signed_distance(point.position).abs() > 0.1);
+    let found = answer(&photos, &points).unwrap();
+    let walls = found.objects.iter().filter(|object| object.kind == PlaneKind::Plumb).count();
+    assert!(walls >= 2 && found.objects[0].kind == PlaneKind::Ground, "{walls} walls");
+    let corners = found.objects.iter().flat_map(|object| &object.faces).flat_map(|face| &face.ring);
+    let farthest = corners.map(|corner| corner.distance(DVec3::new(10.0, 7.0, 2.0))).fold(0.0, f64::max);
+    assert!(farthest < 40.0, "a face reaches {farthest} from the middle of a court of 20 x 16");
+}
+
+#[test]
+fn steps_are_no_slope_of_the_ground() {
+    let mut site = Invented::court();
+    let mut m = Modeller::new();
+    m.object("ground").quad(DVec3::new(0.0, -2.0, 0.0), DVec3::X * 20.0, DVec3::Y * 10.0);
+    for step in 0..3 {
+        let (y, z) = (8.0 + f64::from(step), 0.35 * f64::from(step));
+        m.object(format!("riser {step}")).quad_facing(
+            DVec3::NEG_Y,
+            DVec3::new(0.0, y, z),
+            DVec3::X * 20.0,
+            DVec3::Z * 0.35,
+        );
+        m.object(format!("tread {step}")).quad(DVec3::new(0.0, y, z + 0.35), DVec3::X * 20.0, DVec3::Y);
+    }
+    m.object("north").quad_facing(DVec3::NEG_Y, DVec3::new(0.0, 11.0, 1.05), DVec3::X * 20.0, DVec3::Z * 6.0);
+    site.model = std::sync::Arc::unwrap_or_clone(m.finish());
+    let found = suggested(&site);
+    let ground: Vec<&SuggestedObject> =
+        found.objects.iter().filter(|object| object.kind == PlaneKind::Ground).collect();
+    assert_eq!(ground.len(), 1);
+    let heights = || ground[0].faces.iter().flat_map(|face| &face.ring).map(|corner| corner.z);
+    let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+    assert!(low > -0.15 && high < 0.15, "the ground is at {low} to {high}, and not under the steps");
 }
 
 #[test]
