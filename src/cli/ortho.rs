@@ -10,6 +10,7 @@ use quadratura_base::error::Result;
 use quadratura_base::task::Task;
 use quadratura_gpu::Gpu;
 use quadratura_io::stack_readers::StackReader;
+use quadratura_projection::TextureOptions;
 use quadratura_sites::open::open;
 use quadratura_view::DisplayMode;
 use quadratura_views::colour::usual_exposure;
@@ -41,8 +42,8 @@ pub fn run(args: &OrthoArgs, task: &Task) -> Result<Outcome> {
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let mut look = args.look.preview();
     if args.look.texture_memory.is_none() {
-        // On software adapters textures are in the same memory.
-        look.textures.budget_bytes = look.textures.budget_bytes.min(options.memory / 2);
+        look.textures =
+            TextureOptions { storage: look.textures.storage, ..TextureOptions::within(options.memory) };
     }
     let mut renderer = preview::open(&args.project, project, site, &gpu, &look, task)?;
     let report = make(&opened, &plan, &options, &mut renderer, task)?;

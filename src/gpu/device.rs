@@ -70,6 +70,11 @@ impl Gpu {
             label: Some("quadratura"),
             required_features: adapter.features() & wanted,
             required_limits: adapter.limits(),
+            memory_hints: if software {
+                wgpu::MemoryHints::MemoryUsage
+            } else {
+                wgpu::MemoryHints::default()
+            },
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));

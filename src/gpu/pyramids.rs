@@ -11,7 +11,7 @@ use quadratura_base::geometry::PixelRect;
 use quadratura_base::task::Task;
 use quadratura_projection::mattes::MatteTextures;
 use quadratura_projection::pyramid::{Pyramid, PyramidOptions, matte_pyramid, pyramid};
-use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels};
+use quadratura_projection::{LayerTextureId, LayerTexturePixels, Texels, TextureOptions};
 
 /// A layer texture and its pyramid.
 pub type MadePyramid = (LayerTextureId, Arc<Pyramid>);
@@ -25,8 +25,6 @@ pub struct DecodedPyramids {
     pub failed: Vec<(LayerTextureId, Error)>,
 }
 
-/// The largest number of texels of layer textures that are decoded at once, which limits memory.
-const BATCH_TEXELS: u64 = 32 << 20;
 /// The stride in which layer textures are decoded, so that the first ones are representative: a photo's own layer
 /// textures are consecutive.
 const STRIDE: u32 = 13;
@@ -88,21 +86,23 @@ pub struct Pyramids {
     kept: FxHashMap<LayerTextureId, (Arc<Pyramid>, u64)>,
     bytes: u64,
     most_bytes: u64,
+    /// The largest number of texels that are decoded at once, which limits memory.
+    batch_texels: u64,
     now: u64,
 }
 
 impl Pyramids {
-    /// Creates an empty cache for layer textures with these rectangles, those of their mattes last; it keeps at most
-    /// `most_bytes`.
+    /// Creates an empty cache for layer textures with these rectangles, those of their mattes last.
     pub fn new(
         texels: Arc<dyn Texels>,
         rects: Vec<PixelRect>,
         mattes: MatteTextures,
-        options: PyramidOptions,
-        most_bytes: u64,
+        options: &TextureOptions,
     ) -> Self {
-        let maker = PyramidDecoder { texels, rects: rects.into(), mattes: mattes.into(), options };
-        Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, now: 0 }
+        let maker =
+            PyramidDecoder { texels, rects: rects.into(), mattes: mattes.into(), options: options.pyramid };
+        let (most_bytes, batch_texels) = (options.cache_bytes, options.decoded_texels());
+        Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, batch_texels, now: 0 }
     }
 
     /// Reads layer textures from `texels` from now on; pyramids in the cache are kept.
@@ -135,7 +135,7 @@ impl Pyramids {
             let texels = self.area(layer_texture);
             if texels > room || batches.is_empty() {
                 batches.push(Vec::new());
-                room = BATCH_TEXELS;
+                room = self.batch_texels;
             }
             room = room.saturating_sub(texels);
             batches.last_mut().into_iter().for_each(|batch| batch.push(layer_texture));
@@ -231,8 +231,7 @@ mod tests {
             Arc::new(None),
             vec![rect; 20],
             MatteTextures::default(),
-            PyramidOptions::default(),
-            most_bytes,
+            &TextureOptions { cache_bytes: most_bytes, ..TextureOptions::default() },
         )
     }
 
@@ -263,10 +262,12 @@ mod tests {
 
     #[test]
     fn batches_hold_every_sheet_once() {
-        let batches = pyramids(1).batches((0..20).map(LayerTextureId).collect());
-        assert!(batches.iter().all(|batch| batch.len() == 2), "each sheet is half a batch");
-        let mut all = batches.concat();
-        all.sort_unstable();
-        assert_eq!(all, (0..20).map(LayerTextureId).collect::<Vec<_>>());
+        for (cache_bytes, sheets) in [(1 << 30, 2), (256 << 20, 2), (128 << 20, 1), (1, 1)] {
+            let batches = pyramids(cache_bytes).batches((0..20).map(LayerTextureId).collect());
+            assert!(batches.iter().all(|batch| batch.len() == sheets), "each sheet is half a usual batch");
+            let mut all = batches.concat();
+            all.sort_unstable();
+            assert_eq!(all, (0..20).map(LayerTextureId).collect::<Vec<_>>());
+        }
     }
 }

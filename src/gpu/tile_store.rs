@@ -100,7 +100,7 @@ impl TileStore {
             corners: rects.iter().map(|rect| IVec2::new(rect.x, rect.y)).collect(),
             exact: options.storage == Storage::default(),
             most_slots: budget.clamp(1, TileAtlas::most_slots(gpu)),
-            pyramids: Pyramids::new(texels, rects, mattes.clone(), options.pyramid, options.cache_bytes),
+            pyramids: Pyramids::new(texels, rects, mattes.clone(), &options),
             mattes,
             residency,
             generation: 0,

@@ -15,12 +15,15 @@ struct CamerasFile<'a> {
     version: u32,
     origin: [f64; 3],
     cameras: Vec<Camera<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    views: Vec<Camera<'a>>,
 }
 
 #[derive(Serialize)]
 #[allow(non_snake_case, reason = "the field's names for these")]
 struct Camera<'a> {
     name: &'a str,
+    #[serde(skip_serializing_if = "str::is_empty")]
     file: &'a str,
     width: u32,
     height: u32,
@@ -30,10 +33,11 @@ struct Camera<'a> {
     C: [f64; 3],
 }
 
-/// Writes cameras as `cameras.json`; `origin` is the point of the world that is zero in their poses.
-pub fn cameras_json(cameras: &[HandoverCamera], origin: [f64; 3]) -> Vec<u8> {
-    let cameras = cameras.iter().map(camera_of).collect();
-    to_json(&CamerasFile { version: VERSION, origin, cameras })
+/// Writes cameras as `cameras.json`, and `views`, which have no file: viewpoints that the project keeps. `origin` is the point of the world that is
+/// zero in their poses.
+pub fn cameras_json(cameras: &[HandoverCamera], views: &[HandoverCamera], origin: [f64; 3]) -> Vec<u8> {
+    let [cameras, views] = [cameras, views].map(|cameras| cameras.iter().map(camera_of).collect());
+    to_json(&CamerasFile { version: VERSION, origin, cameras, views })
 }
 
 fn camera_of(camera: &HandoverCamera) -> Camera<'_> {

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use super::exposure::ViewExposure;
 use super::reducer::{Reducer, Values};
+use super::texture_memory::TextureOptions;
 use quadratura_base::scene::light::{linear_of_srgb, srgb_from_linear};
 use quadratura_view::shot::MOST_SAMPLES;
 use quadratura_view::{LinearPicture, Picture, Shot};
@@ -20,6 +21,8 @@ const LEAST_PX: f64 = 131_072.0;
 /// drawn into takes up to 64 bytes a pixel.
 const MOST_PX: f64 = 2_097_152.0;
 const LONGEST_PX: u32 = 4096;
+/// The texture memory that a pixel needs, in bytes: texels of sixteen photos with their coarser levels.
+const TEXTURE_BYTES_PER_PX: f64 = 100.0;
 /// The rows of a finer image that are reduced at once.
 const REDUCED_ROWS: usize = 64;
 /// The time per pixel assumed for the first slice, in seconds; a slow one, because nothing is known yet.
@@ -30,8 +33,8 @@ const FIRST_PER_PX_S: f64 = 1e-7;
 enum SlicePace {
     /// Other users of the device wait: the measured time per pixel, in seconds.
     Shared(f64),
-    /// Nobody waits.
-    Alone,
+    /// Nobody waits: the largest number of pixels of a slice.
+    Alone(f64),
     /// All rows at once.
     Whole,
 }
@@ -113,7 +116,13 @@ impl Sliced {
 
     /// Returns the same where no other user of the device waits for its slices.
     pub fn alone(self) -> Self {
-        Self { pace: SlicePace::Alone, ..self }
+        Self { pace: SlicePace::Alone(MOST_PX), ..self }
+    }
+
+    /// As [`Self::alone`], with slices of fewer pixels where textures have less than the usual memory: what a slice shows has to be in it.
+    pub fn alone_within(self, textures: &TextureOptions) -> Self {
+        let px = textures.budget_bytes as f64 / TEXTURE_BYTES_PER_PX;
+        Self { pace: SlicePace::Alone(px.clamp(LEAST_PX, MOST_PX)), ..self }
     }
 
     /// Returns the next tile as a view of its own: whole rows and columns of cells, so that each cell is the same as in
@@ -123,12 +132,12 @@ impl Sliced {
         let (width, left) = (shot.camera.width, self.end.saturating_sub(self.row).max(1));
         let longest = match self.pace {
             SlicePace::Whole => width,
-            SlicePace::Shared(_) | SlicePace::Alone => (LONGEST_PX / cell_px).max(1) * cell_px,
+            SlicePace::Shared(_) | SlicePace::Alone(_) => (LONGEST_PX / cell_px).max(1) * cell_px,
         };
         if self.column == 0 {
             let px = match self.pace {
                 SlicePace::Whole => f64::INFINITY,
-                SlicePace::Alone => MOST_PX,
+                SlicePace::Alone(px) => px,
                 SlicePace::Shared(per_px_s) => (WANTED_S / per_px_s).clamp(LEAST_PX, MOST_PX),
             };
             let rows = (px / f64::from(width.min(longest))).ceil().min(f64::from(left)) as u32;

@@ -35,7 +35,7 @@ use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::pyramid::PyramidOptions;
 use quadratura_projection::relief::Relief;
 use quadratura_projection::twin::ReferenceRenderer;
-use quadratura_projection::{Gains, LayerTextureId, SiteContent, Sources};
+use quadratura_projection::{Gains, LayerTextureId, SiteContent, Sources, TextureOptions};
 use quadratura_stacks::agreement::SiteAgreement;
 use quadratura_stacks::far_backdrops::FarBackdrops;
 use quadratura_stacks::gains::SiteGains;
@@ -51,6 +51,8 @@ use quadratura_view::{DisplayMode, Shot};
 /// A project's renderer. Photos that a shot excludes do not contribute to gains, relief and agreement either.
 pub struct Preview {
     renderer: Box<dyn PlantedRenderer>,
+    /// The texture memory that it may use.
+    textures: TextureOptions,
     /// The trees that stand in the site.
     trees: PreviewTrees,
     store: StackStore,
@@ -174,6 +176,7 @@ fn without_trees(
     let relief_in_use = relief.as_ref().map(|relief| relief.whole().clone());
     Ok(Preview {
         renderer,
+        textures: options.textures,
         trees: PreviewTrees::new(folder, site, options.tree_parts),
         store,
         photos,

@@ -65,6 +65,8 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("rfd", &["app/"]),
     ("pulldown_cmark", &["app/work/pages.rs"]),
     ("rustix", &["app/shell/frame_times.rs", "app/work/priority.rs"]),
+    // `cli` is the program, in src/main.rs.
+    ("libc", &["main.rs"]),
     // The readers of photos have a module of this name.
     ("tiff", &["import/photo/", "io/ortho/"]),
     ("pdf_writer", &["io/ortho/"]),

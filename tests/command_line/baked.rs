@@ -173,6 +173,39 @@ fn a_usd_stage_has_the_objects_and_the_photos_cameras() {
 }
 
 #[test]
+fn textures_larger_than_a_page_are_as_fine_as_one_holds_and_that_is_said() {
+    if adapter().is_none() {
+        return;
+    }
+    // The wall is 40 units wide, and photos show it with 640 / 12 pixels per unit.
+    let site = Site::with_photos(&PHOTOS, 640, 480, 1);
+    site.make_project();
+    site.run("build project").success();
+    let done = export(&site, "--format obj --page-size 1024 --density 100000 --out obj");
+    let pages = done["export"]["baked"]["pages"].as_array().unwrap();
+    let side = |page: &Value| page.as_array().unwrap().iter().map(|side| side.as_u64().unwrap()).max();
+    assert!(pages.iter().all(|page| side(page) <= Some(1024)), "{pages:?}");
+    let density = done["export"]["baked"]["density"].as_f64().unwrap();
+    assert!(density <= 1024.0 / 40.0, "{density}");
+    let said = done["export"]["left_out"].to_string();
+    assert!(said.contains("larger than a page of 1024 x 1024 texels"), "{said}");
+    let refused = stderr_of(&site.run("export project --format glb --page-size 16384 --out x").code(2));
+    assert!(refused.contains("16384") && refused.contains("8192") && !site.path("x").exists(), "{refused}");
+}
+
+#[test]
+fn less_memory_changes_nothing_where_the_textures_of_a_chart_fit() {
+    let Some(site) = smooth_site() else { return };
+    export(&site, "--format obj --page-size 1024 --memory 4G --out much");
+    export(&site, "--format obj --page-size 1024 --memory 64M --out little");
+    for entry in fs::read_dir(site.path("much")).unwrap() {
+        let name = entry.unwrap().file_name();
+        let bytes = |folder: &str| fs::read(site.path(folder).join(&name)).unwrap();
+        assert!(bytes("much") == bytes("little"), "{}", name.display());
+    }
+}
+
+#[test]
 fn arguments_of_other_formats_are_refused_and_the_same_export_has_the_same_bytes() {
     let Some(site) = smooth_site() else { return };
     for (arguments, expected) in [

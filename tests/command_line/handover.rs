@@ -1,9 +1,11 @@
 //! Exports to other programs: what the command says, and what it refuses.
 
 use std::fs;
+use std::path::Path;
+use std::process::Command;
 
 use super::common::adapter;
-use super::site::{PHOTOS, Site, stderr_of, stdout_of};
+use super::site::{PHOTOS, Site, program, stderr_of, stdout_of};
 
 #[test]
 fn cameras_are_exported_without_stacks_and_a_project_can_be_made_of_them() {
@@ -41,6 +43,101 @@ fn a_changed_file_is_kept_and_the_folder_of_another_project_is_refused() {
     assert!(refused.contains("this folder holds an export of another project"), "{refused}");
     let own = stderr_of(&site.run("export project --format cameras --out project/stacks/x").failure());
     assert!(own.contains("this folder belongs to the project"), "{own}");
+}
+
+#[test]
+fn a_scene_that_was_changed_is_kept_and_the_new_one_is_beside_it() {
+    let Some(site) = Site::built() else { return };
+    site.run("export project --format blender --out blender").success();
+    let scene = site.path("blender/scene.py");
+    let mine = fs::read_to_string(&scene).unwrap() + "# mine\n";
+    fs::write(&scene, &mine).unwrap();
+    // The program's own refreshing keeps it as well.
+    for command in ["export project --format blender --out blender", "update project"] {
+        let kept = stderr_of(&site.run(command).success());
+        assert!(kept.contains("scene.py was changed since it was exported and is kept"), "{command}: {kept}");
+        assert_eq!(fs::read_to_string(&scene).unwrap(), mine);
+    }
+    let new = fs::read_to_string(site.path("blender/scene-2.py")).unwrap();
+    assert_eq!(new + "# mine\n", mine);
+}
+
+#[cfg(unix)]
+#[test]
+fn on_a_full_disk_the_former_export_stays_as_it_was() {
+    let Some(site) = Site::built() else { return };
+    for format in ["cameras", "blender", "glb", "obj", "usd", "exr", "nuke"] {
+        site.run(&format!("export project --format {format} --out {format}")).success();
+        let before = contents(&site.path(format));
+        // The system refuses all bytes of a file beyond 512, as a full disk does; what is there is whole already, so a new project
+        // exports to a new folder as well.
+        for out in [format.to_owned(), format!("new-{format}")] {
+            let script = format!(
+                "trap '' XFSZ; ulimit -f 0; exec \"$0\" export project --format {format} --out {out}"
+            );
+            let command = Command::new("sh")
+                .args(["-c", &script])
+                .arg(program())
+                .current_dir(site.folder.path())
+                .output();
+            let failed = command.unwrap();
+            let said = String::from_utf8_lossy(&failed.stderr);
+            assert!(failed.status.code() == Some(1) && said.contains("could not"), "{out}: {said}");
+            assert!(!said.contains("panicked"), "{said}");
+        }
+        assert!(contents(&site.path(format)) == before, "{format}");
+    }
+}
+
+/// The files of a folder with their bytes, by name.
+fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => found.extend(contents(&path)),
+            false => found.push((path.display().to_string(), fs::read(&path).unwrap())),
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn cameras_come_with_the_bookmarks_and_the_flight_in_the_sites_frame() {
+    let site = Site::new();
+    site.make_project();
+    site.run("frame project --unit m --origin wall[0]:0").success();
+    let file = site.path("project/project.json");
+    let mut project: serde_json::Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    project["views"] = serde_json::json!([{
+        "name": "gate", "position": [1, 2, 3], "rotation": [1, 0, 0, 0], "focal": [1.5, 1.5], "pivot": [0, 0, 12]
+    }]);
+    let keyframe = |t: i32, x: i32| serde_json::json!({ "t": t, "position": [x, 0, 0], "look_at": [0, 0, 12], "fov": 55 });
+    project["flight"] = serde_json::json!({
+        "version": 1, "size": [96, 54], "fps": 10, "up": [0, -1, 0], "keyframes": [keyframe(0, 0), keyframe(1, 1)]
+    });
+    fs::write(&file, project.to_string()).unwrap();
+    let json = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(site.path(name)).unwrap()).unwrap()
+    };
+    let placed = |arguments: &str| {
+        site.run(&format!("export project --format cameras {arguments}")).success();
+        let folder = arguments.split(' ').nth(1).unwrap();
+        let view = &json(&format!("{folder}/cameras.json"))["views"][0];
+        assert_eq!((view["name"].as_str(), view.get("file")), (Some("gate"), None));
+        let keyframe = &json(&format!("{folder}/flight.json"))["keyframes"][1];
+        [&view["C"], &keyframe["position"], &keyframe["look_at"]]
+            .map(|point| [0, 1, 2].map(|axis| point[axis].as_f64().unwrap()))
+    };
+    let (framed, world) = (placed("--out framed"), placed("--out world --world"));
+    // A corner of the wall is the origin.
+    let corner = [20.0, -20.0, 12.0];
+    assert_eq!(world, [[1.0, 2.0, 3.0], [1.0, 0.0, 0.0], [0.0, 0.0, 12.0]]);
+    for (framed, world) in framed.iter().zip(world) {
+        let off = [0, 1, 2].map(|axis| (framed[axis] + corner[axis] - world[axis]).abs());
+        assert!(off.iter().all(|off| *off < 1e-9), "{framed:?}");
+    }
 }
 
 #[test]

@@ -161,8 +161,10 @@ fn export_ui(
             "Relative to the project folder, unless it begins with /. Changed files are never overwritten.",
         );
         photos(view, &mut dialog.photos, dialog.program.is_some(), ui);
-        if dialog.program.is_none() {
-            options_of_layered(ui, dialog);
+        match dialog.program {
+            None => options_of_layered(ui, dialog),
+            Some(format) if format.has_tiles() => options_of_tiles(ui, dialog),
+            Some(_) => (),
         }
         let problem = dialog.problem();
         if let Some(problem) = problem {
@@ -245,6 +247,12 @@ fn options_of_layered(ui: &mut Ui, dialog: &mut ExportDialog) {
     ui.checkbox(&mut dialog.provenance, "Provenance").on_hover_text(provenance);
     let even = "Exports all photos with matched exposures, for viewing only: such files cannot be imported.";
     ui.checkbox(&mut dialog.even, "Matched exposure").on_hover_text(even);
+}
+
+fn options_of_tiles(ui: &mut Ui, dialog: &mut ExportDialog) {
+    let tiles =
+        "Makes the textures tiles of one picture, for programs of film: site_texture.1001.jpg and so on.";
+    ui.checkbox(&mut dialog.tiles, "Tiles (UDIM)").on_hover_text(tiles);
 }
 
 /// Draws the choice of photos: all, of layered files all that have layers, or some.

@@ -42,7 +42,7 @@ pub fn check(args: &ExportArgs) -> Result<()> {
     let is_blender = format == Some(HandoverFormat::Blender);
     let is_baked = format.is_some_and(HandoverFormat::is_baked);
     let is_obj = format == Some(HandoverFormat::Obj);
-    let has_tiles = is_obj || format == Some(HandoverFormat::Usd);
+    let has_tiles = format.is_some_and(HandoverFormat::has_tiles);
     let (baked, page) = (&args.baked, &args.page);
     // The argument, whether it was given, whether it applies, and the formats that it is for.
     let given = [

@@ -1,4 +1,4 @@
-//! `--format cameras`: COLMAP's text files, `transforms.json` and `cameras.json`.
+//! `--format cameras`: COLMAP's text files, `transforms.json` and `cameras.json`, and the flight of the project as a camera path.
 //!
 //! Programs that read these take one folder of pictures. Where no photo had to be undistorted, that is the user's own; else
 //! `images/` has the pictures of all photos: the undistorted ones, and the others as they are.
@@ -12,10 +12,14 @@ use super::points::handover_points;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Photo;
 use quadratura_base::task::Task;
+use quadratura_document::Bookmark;
+use quadratura_files::json::to_json;
+use quadratura_handover::camera::HandoverCamera;
 use quadratura_handover::cameras_json::cameras_json;
 use quadratura_handover::colmap::colmap_text;
 use quadratura_handover::transforms::transforms_json;
 use quadratura_sites::open::Opened;
+use quadratura_view::navigation::Viewpoint;
 
 /// The folder of pictures.
 const IMAGES: &str = "images";
@@ -60,5 +64,31 @@ pub fn write(
         folder.write(&format!("{COLMAP}/{name}"), content.as_bytes())?;
     }
     folder.write("transforms.json", &transforms_json(&cameras, origin.to_array()))?;
-    folder.write("cameras.json", &cameras_json(&cameras, origin.to_array()))
+    let views = views(&opened.project.views, placement);
+    folder.write("cameras.json", &cameras_json(&cameras, &views, origin.to_array()))?;
+    if let Some(flight) = &opened.project.flight {
+        // Camera paths know the site's frame, and no origin.
+        let flight = placement.frame_from_world.map_or_else(|| flight.clone(), |frame| flight.moved(&frame));
+        folder.write(FLIGHT, &to_json(&flight))?;
+    }
+    Ok(())
+}
+
+/// The flight of the project.
+const FLIGHT: &str = "flight.json";
+/// The size of the pictures of bookmarks, which have none of their own, in pixels: the usual one of `render --view`.
+const VIEW_PX: [u32; 2] = [1920, 1080];
+
+/// Returns the cameras of the bookmarks that can be views.
+fn views(bookmarks: &[Bookmark], placement: &Placement) -> Vec<HandoverCamera> {
+    let camera = |bookmark: &Bookmark| {
+        let Viewpoint { pose, lens, .. } = bookmark.viewpoint();
+        HandoverCamera {
+            name: bookmark.name.clone(),
+            file: String::new(),
+            camera: lens.camera(VIEW_PX[0], VIEW_PX[1]),
+            pose: placement.pose(&pose),
+        }
+    };
+    bookmarks.iter().filter(|bookmark| bookmark.problem().is_none()).map(camera).collect()
 }

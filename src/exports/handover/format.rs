@@ -63,6 +63,11 @@ impl HandoverFormat {
         }
     }
 
+    /// Returns whether pages can be tiles of one picture (UDIM); GLB has none, its pages are materials.
+    pub fn has_tiles(self) -> bool {
+        matches!(self, Self::Obj | Self::Usd)
+    }
+
     /// Returns whether its folders follow the project (`live`): those whose files are image layers.
     pub fn is_live(self) -> bool {
         match self {

@@ -7,6 +7,11 @@
 /// When the two have different lengths.
 pub fn carry_outwards<T: Copy>(texels: &mut [T], known: &mut [bool], width: usize) {
     assert_eq!(texels.len(), known.len(), "a flag per texel");
+    carry_in_place(known, width, |from, to| texels[to] = texels[from]);
+}
+
+/// As [`carry_outwards`] for texels that are kept elsewhere: `copy` gives the second of two texels the colour of the first.
+pub fn carry_in_place(known: &mut [bool], width: usize, mut copy: impl FnMut(usize, usize)) {
     let neighbours = |at: usize| {
         let column = at % width;
         let left = (column > 0).then(|| at.wrapping_sub(1));
@@ -15,7 +20,7 @@ pub fn carry_outwards<T: Copy>(texels: &mut [T], known: &mut [bool], width: usiz
         [left, right, above, below].into_iter().flatten()
     };
     let is_unknown = |known: &[bool], at: usize| known.get(at).is_some_and(|known| !known);
-    let mut front: Vec<u32> = (0..texels.len())
+    let mut front: Vec<u32> = (0..known.len())
         .filter(|&at| known[at] && neighbours(at).any(|other| is_unknown(known, other)))
         .map(|at| at as u32)
         .collect();
@@ -25,7 +30,7 @@ pub fn carry_outwards<T: Copy>(texels: &mut [T], known: &mut [bool], width: usiz
             for other in neighbours(at as usize) {
                 if is_unknown(known, other) {
                     known[other] = true;
-                    texels[other] = texels[at as usize];
+                    copy(at as usize, other);
                     next.push(other as u32);
                 }
             }

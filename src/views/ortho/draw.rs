@@ -11,6 +11,7 @@ use quadratura_view::legend::{CONTINUED, CONTINUED_NAME, Origin};
 use quadratura_view::{DisplayMode, Quality, Shot};
 
 use super::SourceShares;
+use super::cut::CutLines;
 
 /// Pixels of the picture per pixel of the picture of sources, along a side.
 pub(super) const SOURCES_STEP: u32 = 4;
@@ -21,11 +22,17 @@ const SOURCES_ROWS: usize = 512;
 /// The colours of the picture of sources behind those of [`Origin::ALL`]: what continues, and what is empty.
 const EMPTY: [u8; 3] = [255; 3];
 
-/// Draws a view and appends its rows to a file.
+/// Draws a view with the lines of a section and appends its rows to a file.
 ///
 /// # Errors
 /// As [`Renders::picture`]; [`quadratura_base::error::Error::Io`] on a full disk.
-pub(super) fn draw(preview: &mut Preview, shot: &Shot, rows: &mut RowsFile, task: &Task) -> Result<()> {
+pub(super) fn draw(
+    preview: &mut Preview,
+    shot: &Shot,
+    cut: &CutLines,
+    rows: &mut RowsFile,
+    task: &Task,
+) -> Result<()> {
     let height = u64::from(shot.camera.height);
     let mut sliced = preview.begin_faces(shot, task)?;
     let mut is_done = false;
@@ -34,6 +41,8 @@ pub(super) fn draw(preview: &mut Preview, shot: &Shot, rows: &mut RowsFile, task
         is_done = preview.advance(&mut sliced, task)?;
         let mut drawn = sliced.take_rows();
         blacken(&mut drawn);
+        let [width, top] = rows.size_px();
+        cut.lay_over(&mut drawn, width, top);
         rows.append(&drawn)?;
     }
     Ok(())

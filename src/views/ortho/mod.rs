@@ -5,11 +5,13 @@
 //! | [`subject`] | what a picture is of, and its plane |
 //! | [`resolution`] | the size of a pixel, and the scale of a print |
 //! | `draw` | the pixels, and where they come from |
+//! | `cut` | where the plane of a section cuts faces |
 //! | `fineness` | how finely photos show what is in the picture |
 //! | `page` | the words of the page |
 //! | `files` | names of files that overwrite nothing |
 //! | [`report`] | numbers about the result |
 
+mod cut;
 mod draw;
 mod files;
 mod fineness;
@@ -26,6 +28,7 @@ pub use self::report::{OrthoReport, PlaceInFrame, SourceShares};
 pub use self::resolution::Resolution;
 pub use self::subject::Subject;
 
+use self::cut::CutLines;
 use self::files::Stem;
 use self::subject::{PlacedSubject, placed};
 use crate::preview::Preview;
@@ -237,7 +240,8 @@ pub fn make(
     quadratura_files::atomic::remove_dead_leftovers(&options.out);
     let [width, _] = plan.size_px();
     let mut rows = RowsFile::create(&options.out, width)?;
-    task.timed("draw the orthophoto", || draw::draw(preview, &plan.shot, &mut rows, task))?;
+    let cut = cut_lines(opened, plan, options);
+    task.timed("draw the orthophoto", || draw::draw(preview, &plan.shot, &cut, &mut rows, task))?;
     let (sources, shares) =
         task.timed("draw the sources", || draw::draw_sources(preview, &plan.shot, task))?;
     if !opened.project.trees.is_empty() {
@@ -269,7 +273,23 @@ pub fn preview_picture(
     let resolution = Resolution { pixel_m, ..options.resolution };
     let plan = planned(opened, &OrthoOptions { resolution, ..options.clone() })?;
     check_shown(opened, &plan, preview)?;
-    preview.picture_of_faces(&Shot { supersampled: false, ..plan.shot }, task)
+    let cut = cut_lines(opened, &plan, options);
+    let mut picture = preview.picture_of_faces(&Shot { supersampled: false, ..plan.shot }, task)?;
+    cut.lay_over(&mut picture.rgba, picture.width, 0);
+    Ok(picture)
+}
+
+/// Returns the lines that are drawn where a section cuts the model; none of other subjects.
+fn cut_lines(opened: &Opened, plan: &OrthoPlan, options: &OrthoOptions) -> CutLines {
+    let from_depth = plan.shot.parallel.and_then(|parallel| parallel.from_depth);
+    match (&options.subject, from_depth) {
+        (Subject::Section(_), Some(from_depth)) => {
+            let dpi = resolution::INCH_M * options.resolution.scale / options.resolution.pixel_m;
+            let hidden = |face| options.look.hidden.contains(face);
+            CutLines::new(&opened.site.model, &plan.shot, from_depth, dpi, hidden)
+        }
+        _ => CutLines::default(),
+    }
 }
 
 /// Checks that photos show something of the subject; returns which faces none shows.

@@ -17,7 +17,7 @@ pub struct Resolution {
 const USUAL_DPI: f64 = 300.0;
 /// The scales of drawings that are chosen from.
 const SCALES: [f64; 11] = [1.0, 2.0, 5.0, 10.0, 20.0, 25.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
-const INCH_M: f64 = 0.0254;
+pub(super) const INCH_M: f64 = 0.0254;
 
 impl Resolution {
     /// Returns the resolution of what is given: scale and dpi, a pixel's side in metres, or scale and pixel. Of a pixel alone the scale is

@@ -36,8 +36,8 @@ impl Preview {
     ///
     /// # Errors
     /// As [`quadratura_projection::Renders::begin`].
-    pub(crate) fn begin_faces(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+    pub fn begin_faces(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
         self.make_ready(shot, task)?;
-        Ok(self.renderer.begin(shot, task)?.alone())
+        Ok(self.renderer.begin(shot, task)?.alone_within(&self.textures))
     }
 }

@@ -40,7 +40,8 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
         false => dialog.photos.contains(id),
     };
     if let Some(format) = dialog.program {
-        return hand_over_chosen(state, work, format, dialog.photos, out);
+        let udim = dialog.tiles && format.has_tiles();
+        return hand_over_chosen(state, work, (format, udim), dialog.photos, out);
     }
     let chosen: Vec<PhotoId> = opened.site.photo_ids().filter(chosen).collect();
     let stacks = work.live.stacks.clone();
@@ -72,11 +73,12 @@ pub fn export_chosen(state: &mut State, work: &mut Work) {
 /// How many photos a face gets in Blender at most, as on the command line.
 const PHOTOS_PER_FACE: usize = 8;
 
-/// Exports the site for another program to a folder, with these photos, or with all where there are none.
+/// Exports the site for another program to a folder, with these photos, or with all where there are none. With the format comes whether
+/// its textures are tiles.
 fn hand_over_chosen(
     state: &mut State,
     work: &mut Work,
-    format: HandoverFormat,
+    (format, udim): (HandoverFormat, bool),
     photos: BTreeSet<PhotoId>,
     out: PathBuf,
 ) {
@@ -93,7 +95,7 @@ fn hand_over_chosen(
         let options = HandoverOptions {
             format,
             photos_per_face: PHOTOS_PER_FACE,
-            baked: BakedOptions { memory, ..BakedOptions::default() },
+            baked: BakedOptions { memory, udim, ..BakedOptions::default() },
             world: false,
             memory,
         };

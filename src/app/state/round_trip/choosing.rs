@@ -26,6 +26,7 @@ impl State {
             guides: true,
             provenance: false,
             even: false,
+            tiles: false,
             done: None,
             report: Vec::new(),
         });

@@ -53,6 +53,8 @@ pub struct ExportDialog {
     pub provenance: bool,
     /// Whether photos are exported with matched exposure, for viewing.
     pub even: bool,
+    /// Whether textures are tiles of one picture (UDIM), where the format has them.
+    pub tiles: bool,
     /// The folder of the last export made with this dialog.
     pub done: Option<PathBuf>,
     /// What there is to say about it, in sentences.

@@ -74,10 +74,10 @@ impl Layout {
         let mut layout = Self { cap: found.cap, upsampled: found.upsampled, ..Self::default() };
         let unseen = wanted.iter().filter(|chart| chart.of_photos.is_empty()).count();
         if unseen > 0 {
-            let (charts, are) = if unseen == 1 { ("chart", "is") } else { ("charts", "are") };
+            let (charts, they) = if unseen == 1 { ("chart", "it is") } else { ("charts", "they are") };
             let instead = if options.holes { "grey" } else { "continued from what is around them" };
             layout.left_out.push(format!(
-                "{unseen} {charts} of which no photo shows the side that is textured: they {are} {instead}"
+                "{unseen} {charts} of which no photo shows the side that is textured: {they} {instead}"
             ));
         }
         if !found.larger_than_page.is_empty() {

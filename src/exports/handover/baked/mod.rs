@@ -11,7 +11,8 @@
 //! | `camera` | the view of a chart |
 //! | `layout` | charts with densities, on pages |
 //! | `painter` | the texels of a chart |
-//! | `pages` | texels of pages, with padding and the map of what is known |
+//! | `pages` | pages of charts, and the map of what is known |
+//! | `page_texels` | texels of pages, with padding |
 //! | `assemble` | faces with texture coordinates |
 //! | [`report`] | numbers about the result |
 
@@ -20,6 +21,7 @@ mod camera;
 mod detail;
 mod layout;
 pub mod options;
+mod page_texels;
 mod pages;
 mod painter;
 mod parts;
@@ -48,6 +50,7 @@ use quadratura_handover::textured::obj::obj;
 use quadratura_handover::textured::usd::usd;
 use quadratura_handover::textured::{TexturedModel, WrittenFile, glb::glb};
 use quadratura_layers::device::SiteDevice;
+use quadratura_projection::TextureOptions;
 use quadratura_sites::open::Opened;
 use quadratura_views::preview::{self, PreviewOptions};
 
@@ -85,7 +88,8 @@ pub fn bake(
     task: &Task,
 ) -> Result<Baked> {
     let site = &opened.site;
-    let look = PreviewOptions { filled: !options.holes, ..PreviewOptions::default() };
+    let textures = TextureOptions::within(options.memory);
+    let look = PreviewOptions { filled: !options.holes, textures, ..PreviewOptions::default() };
     let mut preview = preview::open(project, &opened.project, site, device, &look, task)?;
     let up = snapped(up(&site.photos));
     let parts = Parts::new(&site.model, preview.sources(), photos, up);

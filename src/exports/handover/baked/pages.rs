@@ -1,17 +1,18 @@
 //! Texels of pages, with padding and the map of what is known.
 
-use super::layout::{Layout, Page, PlacedChart};
+use super::layout::{Layout, PlacedChart};
 use super::options::BakedOptions;
+use super::page_texels::{Cell, PageTexels};
 use super::painter::Painter;
 use super::report::Coverage;
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::geometry::drawn::enclosed;
+use quadratura_base::geometry::spans::Spans;
 use quadratura_base::task::Task;
-use quadratura_handover::atlas::pad::carry_outwards;
-use quadratura_handover::atlas::{CELL, GUTTER};
-use quadratura_handover::textured::{PageKind, TexturePage, WrittenFile, encoded};
-use quadratura_view::{DisplayMode, Picture};
+use quadratura_handover::atlas::GUTTER;
+use quadratura_handover::textured::{PageKind, TexturePage, WrittenFile};
+use quadratura_view::DisplayMode;
 use quadratura_views::known::Known;
 
 use super::camera::texel_of;
@@ -72,8 +73,8 @@ impl BakedPage {
         let mut coverage = Coverage::default();
         for (done, placed) in charts() {
             task.step("bake charts", done, layout.charts.len() as u64)?;
-            filled.put(placed, colours(placed, painter, page.see_through, task)?.pixels());
-            known.put(placed, &knowledge(placed, painter, &mut coverage, task)?);
+            colours(placed, painter, filled.cell(placed), task)?;
+            knowledge(placed, painter, known.cell(placed), &mut coverage, task)?;
         }
         let texture = TexturePage {
             file: format!("{}{}", page.stem, kind.ending()),
@@ -86,63 +87,50 @@ impl BakedPage {
     }
 }
 
-/// Returns the texels of a chart's cell.
-fn colours(placed: &PlacedChart, painter: &mut Painter, see_through: bool, task: &Task) -> Result<Picture> {
+/// Draws the texels of a chart's cell.
+fn colours(placed: &PlacedChart, painter: &mut Painter, mut cell: Cell, task: &Task) -> Result<()> {
     let [density, gutter] = [placed.density, f64::from(GUTTER)];
-    let mut picture = painter.paint(placed, [density, gutter], placed.cell, DisplayMode::Colour, task)?;
-    let texels = picture.rgba.as_chunks_mut::<4>().0;
-    let width = placed.cell[0] as usize;
-    if see_through {
-        // Colours are carried to where one sees through, and alpha is not.
-        let alphas: Vec<u8> = texels.iter().map(|texel| texel[3]).collect();
-        let mut known: Vec<bool> = alphas.iter().map(|alpha| *alpha > 0).collect();
-        carry_outwards(texels, &mut known, width);
-        texels.iter_mut().zip(alphas).for_each(|(texel, alpha)| texel[3] = alpha);
-        return Ok(picture);
+    let put = |texels: &[[u8; 4]]| cell.add(texels, |texel| texel[3] > 0);
+    painter.paint(placed, [density, gutter], placed.cell, DisplayMode::Colour, put, task)?;
+    if !cell.is_see_through() && (painter.holes || cell.is_empty()) {
+        let spans = inside(placed, painter, [density, gutter], placed.cell);
+        texels_of(&spans, placed.cell).for_each(|at| cell.set_unknown(at, GREY));
     }
-    let mut known: Vec<bool> = texels.iter().map(|texel| texel[3] > 0).collect();
-    let is_empty = !known.contains(&true);
-    if painter.holes || is_empty {
-        for at in inside(placed, painter, [density, gutter], placed.cell) {
-            if !known[at] {
-                (texels[at], known[at]) = (GREY, true);
-            }
-        }
-    }
-    carry_outwards(texels, &mut known, width);
-    Ok(picture)
+    cell.carry();
+    Ok(())
 }
 
-/// Returns the grey levels of a chart's cell in the map of what is known, and counts them.
+/// Draws the grey levels of a chart's cell in the map of what is known, and counts them.
 fn knowledge(
     placed: &PlacedChart,
     painter: &mut Painter,
+    mut cell: Cell,
     coverage: &mut Coverage,
     task: &Task,
-) -> Result<Vec<[u8; 4]>> {
+) -> Result<()> {
     let step = f64::from(KNOWN_STEP);
     let scale = [placed.density / step, f64::from(GUTTER) / step];
-    let cell = placed.cell.map(|side| side / KNOWN_STEP);
-    let picture = painter.paint(placed, scale, cell, DisplayMode::Provenance, task)?;
-    let texels = picture.pixels();
-    let mut greys = vec![[0; 4]; texels.len()];
-    let mut within = vec![false; texels.len()];
-    for at in inside(placed, painter, scale, cell) {
+    let size = placed.cell.map(|side| side / KNOWN_STEP);
+    let mut texels: Vec<[u8; 4]> = Vec::new();
+    let put = |drawn: &[[u8; 4]]| texels.extend(drawn);
+    painter.paint(placed, scale, size, DisplayMode::Provenance, put, task)?;
+    cell.add(&vec![[0; 4]; texels.len()], |_| false);
+    for at in texels_of(&inside(placed, painter, scale, size), size) {
         let known = Known::of_colour(texels[at]);
         *number_of(coverage, known) += 1.0;
-        (greys[at], within[at]) = ([grey(known); 4], true);
+        cell.set_unknown(at, [grey(known); 4]);
     }
-    carry_outwards(&mut greys, &mut within, cell[0] as usize);
-    Ok(greys)
+    cell.carry();
+    Ok(())
 }
 
-/// Returns the indices of the texels of a cell whose centres are within the faces of its chart.
+/// Returns the texels of a cell whose centres are within the faces of its chart.
 fn inside(
     placed: &PlacedChart,
     painter: &Painter,
     [density, gutter]: [f64; 2],
     [width, height]: [u32; 2],
-) -> Vec<usize> {
+) -> Spans {
     let rect = PixelRect::of_size(width, height);
     let of_part = |&part: &usize| {
         let ring = &painter.parts.faces[part].ring;
@@ -150,79 +138,11 @@ fn inside(
             ring.iter().map(|&point| texel_of(&placed.chart, density, point) + gutter).collect();
         enclosed(&line, rect)
     };
-    let spans = placed.chart.faces.iter().map(of_part).reduce(|a, b| a.union(&b));
-    let runs =
-        spans.iter().flat_map(|spans| spans.iter().map(|(y, run)| (y, run.clone())).collect::<Vec<_>>());
-    runs.flat_map(|(y, run)| run.map(move |x| rect.offset(x, y))).collect()
+    placed.chart.faces.iter().map(of_part).reduce(|a, b| a.union(&b)).unwrap_or_default()
 }
 
-/// The texels of a page while it is filled.
-struct PageTexels {
-    kind: PageKind,
-    /// Texels of the page per texel, along a side.
-    step: u32,
-    size: [u32; 2],
-    texels: Vec<u8>,
-    /// Which squares of a cell's grid hold a chart, row by row.
-    used: Vec<bool>,
-}
-
-impl PageTexels {
-    fn new(page: &Page, step: u32, kind: PageKind) -> Self {
-        let size = page.size.map(|side| side / step);
-        let texels = vec![0; size[0] as usize * size[1] as usize * kind.channels()];
-        let squares = page.size.map(|side| (side / CELL) as usize);
-        Self { kind, step, size, texels, used: vec![false; squares[0] * squares[1]] }
-    }
-
-    /// Puts the texels of a cell to its place.
-    fn put(&mut self, placed: &PlacedChart, texels: &[[u8; 4]]) {
-        let [at, cell] = [placed.at, placed.cell].map(|sides| sides.map(|side| (side / self.step) as usize));
-        for (row, texels) in texels.chunks(cell[0]).enumerate() {
-            let start = self.offset(at[0], at[1] + row);
-            let channels = self.kind.channels();
-            let target = self.texels[start..start + cell[0] * channels].chunks_mut(channels);
-            target.zip(texels).for_each(|(target, texel)| target.copy_from_slice(&texel[..channels]));
-        }
-        let squares = self.squares_of_row();
-        let [at, cell] = [placed.at, placed.cell].map(|sides| sides.map(|side| (side / CELL) as usize));
-        for row in at[1]..at[1] + cell[1] {
-            self.used[row * squares + at[0]..][..cell[0]].fill(true);
-        }
-    }
-
-    fn squares_of_row(&self) -> usize {
-        (self.size[0] * self.step / CELL) as usize
-    }
-
-    fn offset(&self, x: usize, y: usize) -> usize {
-        (y * self.size[0] as usize + x) * self.kind.channels()
-    }
-
-    /// Fills what no cell uses with the colours of the nearest cells, so that coarse mip levels are not darkened, and encodes the page.
-    fn encoded(mut self) -> Vec<u8> {
-        let (squares, side) = (self.squares_of_row(), (CELL / self.step) as usize);
-        let channels = self.kind.channels();
-        let corner = |square: usize| self.offset(square % squares * side, square / squares * side);
-        let mut colours: Vec<[u8; 4]> = (0..self.used.len())
-            .map(|square| {
-                let start = corner(square);
-                let mut colour = [0; 4];
-                colour[..channels].copy_from_slice(&self.texels[start..start + channels]);
-                // Nothing is there.
-                colour[3] = 0;
-                colour
-            })
-            .collect();
-        let mut known = self.used.clone();
-        carry_outwards(&mut colours, &mut known, squares);
-        for (square, colour) in colours.iter().enumerate().filter(|(square, _)| !self.used[*square]) {
-            for row in 0..side {
-                let start = self.offset(square % squares * side, square / squares * side + row);
-                let texels = self.texels[start..start + side * channels].chunks_mut(channels);
-                texels.for_each(|texel| texel.copy_from_slice(&colour[..channels]));
-            }
-        }
-        encoded(self.kind, &self.texels, self.size)
-    }
+/// Returns the indices of texels in a cell of this width and height.
+fn texels_of(spans: &Spans, [width, height]: [u32; 2]) -> impl Iterator<Item = usize> {
+    let rect = PixelRect::of_size(width, height);
+    spans.iter().flat_map(move |(y, run)| run.clone().map(move |x| rect.offset(x, y)))
 }

@@ -7,7 +7,8 @@ use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::PhotoId;
 use quadratura_base::task::Task;
-use quadratura_view::{Blend, DisplayMode, Exposure, Mode, Picture, Quality, Shot, TreeMethod, Unseen};
+use quadratura_projection::Renders;
+use quadratura_view::{Blend, DisplayMode, Exposure, Mode, Quality, Shot, TreeMethod, Unseen};
 use quadratura_views::preview::Preview;
 
 /// The number of photos that share a texel: one where it is alone, and a second one where it takes over. More would blur.
@@ -25,7 +26,7 @@ pub(super) struct Painter<'a> {
 
 impl Painter<'_> {
     /// Draws what a chart's cell shows of its plane, in one exposure: `width` x `height` texels, of which (`gutter`, `gutter`) is the chart's upper left
-    /// corner.
+    /// corner. `put` gets its texels band by band from the top, each whole rows of sRGB and alpha: no chart need fit into memory.
     ///
     /// # Errors
     /// As [`quadratura_projection::Renders::picture`].
@@ -35,8 +36,9 @@ impl Painter<'_> {
         [density, gutter]: [f64; 2],
         [width, height]: [u32; 2],
         display: DisplayMode,
+        mut put: impl FnMut(&[[u8; 4]]),
         task: &Task,
-    ) -> Result<Picture> {
+    ) -> Result<()> {
         let of_part = |&part: &usize| self.parts.faces[part].face;
         let start = -(gutter as i32);
         let cell = PixelRect { x: start, y: start, w: width, h: height };
@@ -53,7 +55,14 @@ impl Painter<'_> {
             unseen: if self.holes { Unseen::Marked } else { Unseen::Continued },
             ..Shot::new(camera, pose)
         };
-        self.preview.picture_of_faces(&shot, task)
+        let mut sliced = self.preview.begin_faces(&shot, task)?;
+        let mut is_done = false;
+        while !is_done {
+            task.check_cancelled()?;
+            is_done = self.preview.advance(&mut sliced, task)?;
+            put(sliced.take_rows().as_chunks().0);
+        }
+        Ok(())
     }
 
     /// Returns how photos are blended. Cards show one photo: the view looks at them as that photo did.
