@@ -17,6 +17,8 @@ import bpy
 from mathutils import Matrix, Vector
 
 VERSION = 1
+# Interfaces of node groups and the menus of this script are those of this version.
+OLDEST = (4, 2, 0)
 SENSOR_MM = 36.0
 # Directions of rays in f32 differ by less than this where they are the same.
 SAME_RAY = 1e-5
@@ -672,6 +674,8 @@ def save(path):
 
 
 def main():
+    if bpy.app.version < OLDEST:
+        sys.exit("scene.py: this is Blender %s; it needs 4.2 or newer, or export --format glb for older ones" % bpy.app.version_string)
     given = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     build(os.path.dirname(os.path.abspath(__file__)), "--eevee" in given)
     if "--save" in given:
@@ -680,6 +684,10 @@ def main():
             # Blender as a Python module does not always end by itself.
             sys.stdout.flush()
             os._exit(0)
+    elif not bpy.app.binary_path:
+        print("scene.py: Blender as a Python module keeps no scene; give -- --save FILE")
+        sys.stdout.flush()
+        os._exit(2)
 
 
 if __name__ == "__main__":
