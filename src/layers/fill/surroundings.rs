@@ -119,7 +119,7 @@ pub struct SurroundingsFilling<'a> {
     /// Other photos, the nearest cameras first, [`MOST_DONORS`] at most.
     pub donors: &'a [&'a SurroundingsDonor],
     /// What is seen where no photo shows anything; `None` leaves that empty.
-    pub dome: Option<&'a DomeSampler>,
+    pub dome: Option<&'a DomeSampler<'a>>,
     /// The distance between cameras from which they see other surroundings, in world units.
     pub scale: f64,
 }

@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 use quadratura::task::Task;
+use quadratura::testing::document::PhotoDecisions;
 use quadratura::testing::document::paint::PaintColour;
-use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::FillOptions;
+use quadratura::testing::layers::{Faces, Options};
 use quadratura::testing::projection::Renders;
+use quadratura::testing::stacks::fill::{FillRequest, FilledPhoto, fill};
 use quadratura::testing::view::Shot;
 use quadratura::testing::views::preview::{PreviewOptions, open_reference};
 
@@ -89,4 +91,36 @@ fn no_filling_takes_what_other_photos_contradict() {
         let red = texels.iter().filter(|texel| is_red(texel.rgb.map(|value| value as u8))).count();
         assert!(!texels.is_empty() && red == 0, "{red} of {} texels of {photo}", texels.len());
     }
+}
+
+/// Fills with a pin of one face to the first photo, and returns for each photo the number of red texels, and whether its filling was
+/// confirmed as it is.
+fn filled_with_pin(bench: &Bench, object: &str, force: bool) -> Vec<(usize, bool)> {
+    let mut opened = bench.opened();
+    let mut decided = PhotoDecisions::default();
+    decided.pin.push(Faces::whole(object));
+    opened.project.decisions.set("0.png", decided);
+    let request = FillRequest { memory: 1 << 30, force, ..FillRequest::default() };
+    let filled = fill(bench.folder.path(), &opened.project, &opened.site, &request, &Task::silent()).unwrap();
+    let of_photo = |(photo, filled): (usize, &FilledPhoto)| {
+        let texels = bench.texels(photo, filled.stack.as_ref().unwrap());
+        let red = texels.iter().filter(|texel| is_red(texel.rgb.map(|value| value as u8))).count();
+        (red, filled.up_to_date)
+    };
+    filled.iter().enumerate().map(of_photo).collect()
+}
+
+#[test]
+fn a_pin_makes_out_of_date_what_takes_from_the_photo_what_others_contradict_and_nothing_else() {
+    let bench = stained();
+    bench.fill(&FillOptions::default());
+    let of_ground = filled_with_pin(&bench, "ground", false);
+    assert!(of_ground.iter().all(|(red, _)| *red == 0));
+    assert!(of_ground.iter().all(|(_, up_to_date)| *up_to_date), "nothing of the ground is contradicted");
+    let of_wall = filled_with_pin(&bench, "wall", false);
+    assert!(of_wall.iter().any(|(red, up_to_date)| *red > 0 && !up_to_date), "{of_wall:?}");
+    let partial = bench.files();
+    let whole = filled_with_pin(&bench, "wall", true);
+    assert!(of_wall.iter().map(|(red, _)| red).eq(whole.iter().map(|(red, _)| red)));
+    assert_eq!(partial, bench.files(), "the files are those of a complete filling");
 }
