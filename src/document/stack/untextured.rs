@@ -1,9 +1,10 @@
 //! The faces that a photo does not texture, with the reasons.
 
-use std::collections::BTreeSet;
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use quadratura_base::scene::FaceIndex;
 
@@ -29,26 +30,41 @@ pub struct Untextured {
 
 /// The faces that a photo does not texture, in runs of faces with the same reason. In a large model they are nearly all of a
 /// stack, so all its copies share them.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "Vec<UntexturedRun>")]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct UntexturedFaces(Arc<Vec<UntexturedRun>>);
 
 /// Consecutive faces of an object that a photo does not texture for the same reason, which has no particulars unless it is one face.
 /// Runs share their names: a photo has thousands of runs of hundreds of objects, and a site hundreds of photos.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 struct UntexturedRun {
     object: Arc<str>,
     /// The first face.
     face: FaceIndex,
-    /// The number of faces; 1 in stacks of before.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
+    /// The number of faces.
+    #[serde(skip_serializing_if = "is_one")]
     faces: u32,
     reason: UntexturedReason,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     by: Option<Arc<str>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     at: Option<[u32; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    px: Option<Box<[u64; 2]>>,
+}
+
+/// A run as it is in a file, with names that are read in place.
+#[derive(Deserialize)]
+struct WrittenRun<'a> {
+    #[serde(borrow)]
+    object: Cow<'a, str>,
+    face: FaceIndex,
+    /// 1 in stacks of before.
+    #[serde(default = "one")]
+    faces: u32,
+    reason: UntexturedReason,
+    #[serde(borrow, default)]
+    by: Option<Cow<'a, str>>,
+    at: Option<[u32; 2]>,
     px: Option<Box<[u64; 2]>>,
 }
 
@@ -116,19 +132,17 @@ impl UntexturedFaces {
     }
 }
 
-impl From<Vec<UntexturedRun>> for UntexturedFaces {
-    fn from(mut runs: Vec<UntexturedRun>) -> Self {
-        runs.shrink_to_fit();
-        let mut known = BTreeSet::<Arc<str>>::new();
-        for run in &mut runs {
-            for name in std::iter::once(&mut run.object).chain(&mut run.by) {
-                match known.get(name) {
-                    Some(known) => *name = known.clone(),
-                    None => _ = known.insert(name.clone()),
-                }
-            }
-        }
-        Self(Arc::new(runs))
+impl<'de> Deserialize<'de> for UntexturedFaces {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let written = Vec::<WrittenRun<'de>>::deserialize(deserializer)?;
+        let mut known = HashMap::<&str, Arc<str>>::new();
+        let runs = written.iter().map(|WrittenRun { object, face, faces, reason, by, at, px }| {
+            let mut shared = |name| known.entry(name).or_insert_with(|| Arc::from(name)).clone();
+            let (object, by) = (shared(&**object), by.as_deref().map(&mut shared));
+            let (face, faces, reason, at, px) = (*face, *faces, *reason, *at, px.clone());
+            UntexturedRun { object, face, faces, reason, by, at, px }
+        });
+        Ok(Self(Arc::new(runs.collect())))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Checks whether a PNG is complete, by the lengths of its chunks and without decoding it.
 
-use std::io::{BufRead, ErrorKind, Read, Seek, SeekFrom};
+use std::io::{BufRead, ErrorKind, Seek, SeekFrom};
 
 /// The first bytes of a PNG.
 pub(super) const START: [u8; 8] = *b"\x89PNG\r\n\x1A\n";

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use super::paint::{SeenBy, SitePaint};
 use quadratura_base::error::{Error, Message, Result};
-use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
+use quadratura_base::scene::{FaceId, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_io::unmasked::read_unmasked;

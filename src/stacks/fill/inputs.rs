@@ -237,9 +237,22 @@ pub fn stale_fillings(folder: &Path, project: &Project, site: &Site) -> Result<V
     // A stack that cannot be read is reported where it is used.
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
-    let inputs = FillInputs::new(folder, project, site, &stacks, &project.fill)?;
+    stale_among(folder, project, site, &stacks)
+}
+
+/// As [`stale_fillings`], of `stacks` that were read already, in the site's order.
+///
+/// # Errors
+/// Returns an error when the paint book cannot be read.
+pub fn stale_among(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    stacks: &[Option<Stack>],
+) -> Result<Vec<PhotoId>> {
+    let inputs = FillInputs::new(folder, project, site, stacks, &project.fill)?;
     let is_stale = |stack: &Stack| FillState::new(stack, &inputs) == FillState::Stale;
-    let photos = PhotoId::all(stacks.len()).zip(&stacks);
+    let photos = PhotoId::all(stacks.len()).zip(stacks);
     Ok(photos.filter(|(_, stack)| stack.as_ref().is_some_and(is_stale)).map(|(photo, _)| photo).collect())
 }
 

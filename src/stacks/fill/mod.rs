@@ -61,7 +61,7 @@ use quadratura_layers::fill::{
 use quadratura_sites::named::photos_named;
 use quadratura_sites::shared::while_read;
 
-pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
+pub use inputs::{FillInputs, FillState, photos_to_fill, stale_among, stale_fillings};
 pub use named::check_options;
 pub use report::FillShares;
 pub use request::{FillRequest, FilledPhoto};
