@@ -212,7 +212,7 @@ fn fill_or_report(
     };
     let mattes = SurfaceMattes::new(&found, &site.model, &surfaces);
     let (evidence, stamp) = (agreement.whole(), around.stamp());
-    let parts = FillParts::new(project, site, inputs, &stacks, &context, evidence, &mattes, stamp);
+    let parts = FillParts::new((project, site), inputs, &stacks, &context, evidence, &mattes, stamp);
     let mut around = SurroundingsFiller::new(&around, &gains, memory);
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());

@@ -39,8 +39,7 @@ pub(super) struct FillParts<'a> {
 impl<'a> FillParts<'a> {
     /// Collects the parts. `stacks` and `evidence` are in the site's order; `surroundings` is the stamp of the site's surroundings.
     pub fn new(
-        project: &Project,
-        site: &'a Site,
+        (project, site): (&Project, &'a Site),
         inputs: &'a FillInputs,
         stacks: &[Option<Stack>],
         context: &FillContext,
