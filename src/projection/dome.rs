@@ -407,7 +407,8 @@ mod tests {
 
     #[test]
     fn a_dome_shows_in_every_direction_what_it_was_made_of_also_across_the_edges_of_the_cube() {
-        let sampler = dome().sampler();
+        let dome = dome();
+        let sampler = dome.sampler();
         for direction in directions(&mut Rng::new(1), 4000) {
             let [r, g, b, known] = sampler.at(direction);
             let expected = smooth(direction);
