@@ -2,7 +2,8 @@
 # The package for Debian and its kin, and the same files as an archive: sh packaging/package.sh OUT [PROGRAM]
 #
 # Writes OUT/quadratura_VERSION_ARCH.deb and OUT/quadratura-VERSION-ARCH.tar.gz. Without PROGRAM it is built for release first. The
-# same program gives the same bytes: times are those of the last commit (or of SOURCE_DATE_EPOCH). POSIX sh; needs python3 for the
+# same program gives the same bytes: times are those of the last commit (or of SOURCE_DATE_EPOCH). MAINTAINER='NAME <ADDRESS>' says who
+# answers for the package. POSIX sh; needs python3 for the
 # licences, and dpkg-deb for the package.
 set -eu
 say() { printf '%s\n' "$*"; }
@@ -72,7 +73,7 @@ made DEBIAN/control <<END
 Package: quadratura
 Version: $version
 Architecture: $arch
-Maintainer: The authors of Quadratura <quadratura@localhost>
+Maintainer: ${MAINTAINER:-The authors of Quadratura}
 Installed-Size: $(du -sk --apparent-size "$root/usr" | cut -f 1)
 Depends: libc6 (>= ${libc#GLIBC_}), libgcc-s1
 Recommends: libvulkan1, mesa-vulkan-drivers | vulkan-driver, libxkbcommon0, libwayland-client0 | libx11-6

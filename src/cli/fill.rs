@@ -139,16 +139,20 @@ fn save(args: &FillArgs, before: &FillOptions, given: &FillOptions, task: &Task)
 
 /// Notes fillings that are out of date, for commands that show them as they are.
 pub fn note_stale_fillings(folder: &Path, project: &Project, site: &Site, task: &Task) -> Result<()> {
-    let stale = stale_fillings(folder, project, site)?;
-    if !stale.is_empty() {
-        let photos = counted(stale.len(), "photo");
+    note_stale(folder, stale_fillings(folder, project, site)?.len(), task);
+    Ok(())
+}
+
+/// Notes so many fillings that are out of date.
+pub fn note_stale(folder: &Path, stale: usize, task: &Task) {
+    if stale > 0 {
+        let photos = counted(stale, "photo");
         task.note(format!(
             "the fillings of {photos} are out of date, and show paint and options as they were then; `quadratura \
              update {}` brings them up to date",
             folder.display()
         ));
     }
-    Ok(())
 }
 
 fn report(built: &[&str], filled: &[FilledPhoto], mut problems: Vec<String>, left_out: usize) -> Outcome {

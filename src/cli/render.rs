@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::AsArg;
-use super::fill::note_stale_fillings;
+use super::fill::note_stale;
 use super::table::{Table, counted};
 use super::view_args::{Background, RenderArgs, ShowArg, size};
 use super::words::{error_text, worded};
@@ -28,6 +28,7 @@ use quadratura_ldi::Shown;
 use quadratura_projection::Renders;
 use quadratura_sites::open::open;
 use quadratura_sites::views::{RequestedView, RequestedViews, Size, ViewRequest};
+use quadratura_stacks::fill::stale_among;
 use quadratura_view::legend::{ColourRamp, Legend, UNCOVERED, UNCOVERED_NAME, colour_at, legend};
 use quadratura_view::{DisplayMode, Exposure};
 use quadratura_views::colour::{colour_report, usual_exposure};
@@ -56,7 +57,6 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
     // Stacks that change meanwhile stay readable as they were.
     let _reader = StackReader::begin(&args.project);
-    note_stale_fillings(&args.project, &opened.project, &opened.site, task)?;
     let usual =
         if content == PictureContent::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
     let size = size(args.pictures.size, args.pictures.scale).unwrap_or(usual);
@@ -293,7 +293,9 @@ fn draw_shots(
     if let (Some(options), PictureContent::OfImages(shown)) = (&mut of_images, content) {
         options.shown = Some(shown);
     }
-    let renderer = preview::open(&args.project, project, site, &gpu, &preview, task)?;
+    let read = preview::read(&args.project, project, site, &preview, task)?;
+    note_stale(&args.project, stale_among(&args.project, project, site, &read.stacks)?.len(), task);
+    let renderer = preview::open_read(&args.project, project, site, read, &gpu, &preview, task)?;
     if let Some(daylight) = renderer.daylight() {
         task.note(sky_text(daylight));
     }

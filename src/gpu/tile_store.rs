@@ -169,6 +169,16 @@ impl TileStore {
         Ok(loaded)
     }
 
+    /// Returns whether a layer texture was decoded before, so that bounds of its confidence are known.
+    pub fn is_decoded(&self, layer_texture: LayerTextureId) -> bool {
+        self.residency.occupancy(layer_texture).is_some()
+    }
+
+    /// Returns whether all layer textures of these requests were decoded before.
+    pub fn has_decoded(&self, wants: &[TileRequest]) -> bool {
+        wants.iter().all(|want| self.is_decoded(want.layer_texture))
+    }
+
     /// Returns whether all of these texels are on the device.
     pub fn holds(&self, wants: &[TileRequest]) -> bool {
         self.residency.holds(&self.mattes.and_requests(wants))

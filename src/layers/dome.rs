@@ -95,7 +95,7 @@ pub fn dome(content: &DomeContent, side: usize, task: &Task) -> Result<Option<Do
     let known: Vec<f32> = blended.values.iter().map(|(_, known)| *known).collect();
     let spreading = known.iter().any(|known| *known > SPREADS);
     let spread = |known: f32| if spreading { (known - SPREADS).max(0.0) / (1.0 - SPREADS) } else { known };
-    let values = blended.values.iter().map(|(light, known)| (*light, spread(*known))).collect();
+    let values = blended.values.into_iter().map(|(light, known)| (light, spread(known))).collect();
     let mut filled = continued(CubeMap { side, values }, content.up);
     content.ground_below(&mut filled, &known);
     let values = filled.values.into_iter().zip(known).collect();
@@ -193,13 +193,18 @@ fn continued(map: CubeMap<Weighted>, up: DVec3) -> CubeMap<[f32; 3]> {
         let expected = gradient.at(direction(at));
         ([0, 1, 2].map(|c| light[c].max(DARKEST).ln() - expected[c]), *weight)
     };
-    let values: Vec<Weighted> = map.values.par_iter().enumerate().map(apart).collect();
     let height = |at: usize| direction(at).normalize().dot(up);
-    let above =
-        |(at, (log, weight)): (usize, &Weighted)| (*log, if height(at) > 0.0 { *weight } else { 0.0 });
-    let of_sky: Vec<Weighted> = values.iter().enumerate().map(above).collect();
-    let has_sky = of_sky.iter().any(|(_, weight)| *weight > 0.0);
-    let sky = has_sky.then(|| filled(&CubeMap { side: map.side, values: of_sky }));
+    let is_known = |at: usize, weight: f32| height(at) > 0.0 && weight > 0.0;
+    let has_sky = map.values.iter().enumerate().any(|(at, (_, weight))| is_known(at, *weight));
+    // The one map of a site's size is gone before the other one is made.
+    let sky = has_sky.then(|| {
+        let above = |(at, value)| {
+            let (log, weight) = apart((at, value));
+            (log, if height(at) > 0.0 { weight } else { 0.0 })
+        };
+        filled(&CubeMap { side: map.side, values: map.values.par_iter().enumerate().map(above).collect() })
+    });
+    let values: Vec<Weighted> = map.values.par_iter().enumerate().map(apart).collect();
     let mut filled = filled(&CubeMap { side: map.side, values });
     if let Some(sky) = sky {
         filled.values.par_iter_mut().zip(&sky.values).zip(&map.values).enumerate().for_each(

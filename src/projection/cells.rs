@@ -3,13 +3,16 @@
 //! bound of their penalty. Bounds are proven over a ball around the part of the face in the cell, so that a
 //! shader that stops where the next lower bound exceeds its worst penalty has missed none.
 
+mod blocks;
 mod bounds;
+pub mod depths;
 
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use self::blocks::CellBlock;
 use self::bounds::{angles, angles_apart, borders, projected_ball};
 use super::relief::LEAST_FACING;
 use super::sources::{Server, Sources};
@@ -126,29 +129,7 @@ pub fn cells(
     leaning: &[f64],
     confidence: &impl TexelBounds,
 ) -> Cells {
-    let finder = Finder { model, sources, shot, side: f64::from(side_px), heights, leaning, confidence };
-    let found: Vec<CellsOfFace> =
-        model.face_ids().collect::<Vec<_>>().into_par_iter().filter_map(|face| finder.face(face)).collect();
-    let depths = found.iter().map(|f| f.depths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-    let mut cells = Cells { side_px, depths: depths.unwrap_or_default(), ..Cells::default() };
-    for face in found {
-        let first = cells.ranges.len() as u32;
-        cells.faces.push(FaceCells { face: face.face, corner: face.corner, size: face.size, first });
-        for list in face.lists {
-            let start = cells.candidates.len() as u32;
-            cells.candidates.extend(list);
-            cells.ranges.push(start..cells.candidates.len() as u32);
-        }
-    }
-    let (columns, reach, lists) = surroundings::lists(sources, shot, side_px, leaning);
-    let first = cells.ranges.len() as u32;
-    cells.surroundings = (!lists.is_empty()).then_some(SurroundingsCells { first, columns, reach });
-    for list in lists {
-        let start = cells.candidates.len() as u32;
-        cells.candidates.extend(list);
-        cells.ranges.push(start..cells.candidates.len() as u32);
-    }
-    cells
+    Finder { model, sources, shot, side_px, heights, leaning, confidence }.cells()
 }
 
 /// The cells of one face, before all faces' cells are joined.
@@ -160,14 +141,23 @@ struct CellsOfFace {
     lists: Vec<Vec<ServerCandidate>>,
 }
 
-struct Finder<'a, C> {
-    model: &'a Model,
-    sources: &'a Sources,
-    shot: &'a Shot,
-    side: f64,
-    heights: &'a [f64],
-    leaning: &'a [f64],
-    confidence: &'a C,
+/// What the candidates of cells are found with; the arguments of [`cells`].
+#[derive(Debug)]
+pub struct Finder<'a, C> {
+    /// The model as the view sees it.
+    pub model: &'a Model,
+    /// The photos and their servers.
+    pub sources: &'a Sources,
+    /// The view.
+    pub shot: &'a Shot,
+    /// The side of a cell, in pixels of the view.
+    pub side_px: u32,
+    /// The largest height of each face's relief, in world units.
+    pub heights: &'a [f64],
+    /// The factor of each photo's penalties.
+    pub leaning: &'a [f64],
+    /// Bounds of confidence.
+    pub confidence: &'a C,
 }
 
 /// The properties of a face that are common to all its cells.
@@ -184,32 +174,6 @@ struct FaceData<'a> {
     clearance: f64,
     /// Column and row of the face's first cell, in cells of the view.
     corner: [u32; 2],
-}
-
-/// A rectangle of a face's cells, examined block by block.
-struct CellBlock<'a> {
-    /// The part of the face in the rectangle, in the view's camera frame.
-    polygon: &'a [DVec3],
-    /// The servers that may contribute in the rectangle.
-    servers: &'a [u32],
-    /// Columns and rows from (first two) and to (last two, exclusive), in the face's cells.
-    cells: [u32; 4],
-    /// Sides of the blocks within, in cells, from coarse to fine; empty for single cells.
-    steps: &'a [u32],
-}
-
-impl CellBlock<'_> {
-    /// Returns the blocks within, or the single cells, row by row.
-    fn parts(&self) -> Vec<[u32; 4]> {
-        let [x0, y0, x1, y1] = self.cells;
-        let step = self.steps.first().copied().unwrap_or(1);
-        let rows = (y0..y1).step_by(step as usize);
-        let of_row = |y: u32| {
-            let columns = (x0..x1).step_by(step as usize);
-            columns.map(move |x| [x, y, (x + step).min(x1), (y + step).min(y1)])
-        };
-        rows.flat_map(of_row).collect()
-    }
 }
 
 /// The candidates of a cell, by its column and row in the face.
@@ -232,30 +196,50 @@ struct FacePatch {
 }
 
 impl<C: TexelBounds> Finder<'_, C> {
+    /// Computes the cells of the view.
+    pub fn cells(&self) -> Cells {
+        let found: Vec<CellsOfFace> = self
+            .model
+            .face_ids()
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .filter_map(|face| self.face(face))
+            .collect();
+        let depths = found.iter().map(|f| f.depths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let mut cells =
+            Cells { side_px: self.side_px, depths: depths.unwrap_or_default(), ..Cells::default() };
+        for face in found {
+            let first = cells.ranges.len() as u32;
+            cells.faces.push(FaceCells { face: face.face, corner: face.corner, size: face.size, first });
+            for list in face.lists {
+                let start = cells.candidates.len() as u32;
+                cells.candidates.extend(list);
+                cells.ranges.push(start..cells.candidates.len() as u32);
+            }
+        }
+        let (columns, reach, lists) =
+            surroundings::lists(self.sources, self.shot, self.side_px, self.leaning);
+        let first = cells.ranges.len() as u32;
+        cells.surroundings = (!lists.is_empty()).then_some(SurroundingsCells { first, columns, reach });
+        for list in lists {
+            let start = cells.candidates.len() as u32;
+            cells.candidates.extend(list);
+            cells.ranges.push(start..cells.candidates.len() as u32);
+        }
+        cells
+    }
+
     fn face(&self, id: FaceId) -> Option<CellsOfFace> {
-        let face = self.model.face(id);
-        let outline: Vec<DVec3> =
-            self.model.ring_points(id).map(|p| self.shot.pose.camera_from_world(p)).collect();
+        let outline = self.outline(id);
         let camera = &self.shot.camera;
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
         // A concave outline is only used for the extent that it spans.
         let polygon = clipped_to_box(&outline, camera, DVec2::ZERO, DVec2::new(width, height));
         let (low, high) = extent(&polygon, camera)?;
-        let cell = |px: f64, limit: f64| (px.clamp(0.0, limit - 0.5) / self.side) as u32;
+        let cell = |px: f64, limit: f64| (px.clamp(0.0, limit - 0.5) / f64::from(self.side_px)) as u32;
         let corner = [cell(low.x, width), cell(low.y, height)];
         let size = [cell(high.x, width) - corner[0] + 1, cell(high.y, height) - corner[1] + 1];
-        let object = self.model.object(face.object);
-        let back = face.plane.normal.dot(self.shot.viewpoint() - face.plane.point) < 0.0;
-        let subject = FaceData {
-            id,
-            face,
-            billboard: object.billboard,
-            impostor: object.impostor.is_some(),
-            back,
-            height: self.heights.get(id.0 as usize).copied().unwrap_or(0.0),
-            clearance: distance(&face.plane, self.shot.viewpoint()),
-            corner,
-        };
+        let subject = self.subject(id, corner);
         let range = &self.sources.of_face[id.0 as usize];
         let all: Vec<u32> = range.clone().filter(|&s| self.may_serve(&subject, s)).collect();
         let mut lists = vec![Vec::new(); (size[0] * size[1]) as usize];
@@ -269,6 +253,27 @@ impl<C: TexelBounds> Finder<'_, C> {
         }
         let depths = polygon.iter().fold([f64::INFINITY, 0.0f64], |[a, b], p| [a.min(p.z), b.max(p.z)]);
         Some(CellsOfFace { face: id, corner, size, depths, lists })
+    }
+
+    /// Returns the outline of a face in the view's camera frame.
+    fn outline(&self, id: FaceId) -> Vec<DVec3> {
+        self.model.ring_points(id).map(|p| self.shot.pose.camera_from_world(p)).collect()
+    }
+
+    /// Returns what is common to the cells of a face, of which the first has this column and row.
+    fn subject(&self, id: FaceId, corner: [u32; 2]) -> FaceData<'_> {
+        let face = self.model.face(id);
+        let object = self.model.object(face.object);
+        FaceData {
+            id,
+            face,
+            billboard: object.billboard,
+            impostor: object.impostor.is_some(),
+            back: face.plane.normal.dot(self.shot.viewpoint() - face.plane.point) < 0.0,
+            height: self.heights.get(id.0 as usize).copied().unwrap_or(0.0),
+            clearance: distance(&face.plane, self.shot.viewpoint()),
+            corner,
+        }
     }
 
     fn may_serve(&self, subject: &FaceData, server: u32) -> bool {
@@ -300,7 +305,8 @@ impl<C: TexelBounds> Finder<'_, C> {
         [x0, y0, x1, y1]: [u32; 4],
     ) -> Vec<DVec3> {
         let [column, row] = subject.corner;
-        let px = |x: u32, y: u32| DVec2::new(f64::from(column + x), f64::from(row + y)) * self.side;
+        let px =
+            |x: u32, y: u32| DVec2::new(f64::from(column + x), f64::from(row + y)) * f64::from(self.side_px);
         clipped_to_box(polygon, &self.shot.camera, px(x0, y0), px(x1, y1))
     }
 

@@ -119,24 +119,29 @@ impl<T: Copy + Send + Sync> CubeMap<T> {
 
     /// Interpolates between the four cells around a direction, also across the edges of the cube.
     pub fn between<const N: usize>(&self, towards: DVec3, parts: impl Fn(T) -> [f32; N]) -> [f32; N] {
-        let (side, at) = place(towards);
-        let at = (at + 1.0) * (0.5 * self.side as f64) - 0.5;
-        let (base, share) = (at.floor(), at - at.floor());
-        let mut sum = [0.0; N];
-        for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-            let along = |step: f64, share: f64| if step > 0.0 { share } else { 1.0 - share };
-            let weight = (along(dx, share.x) * along(dy, share.y)) as f32;
-            let cell = [base.x + dx, base.y + dy];
-            let is_inside = cell.iter().all(|at| (0.0..self.side as f64).contains(at));
-            let index = match is_inside {
-                true => (side * self.side + cell[1] as usize) * self.side + cell[0] as usize,
-                false => Self::cell_of(self.side, direction(side, cell, self.side)),
-            };
-            let value = parts(self.values[index]);
-            (0..N).for_each(|i| sum[i] += weight * value[i]);
-        }
-        sum
+        between(self.side, towards, |at| parts(self.values[at]))
     }
+}
+
+/// Interpolates between the values of the four cells of a cube around a direction, also across its edges.
+fn between<const N: usize>(cells: usize, towards: DVec3, value: impl Fn(usize) -> [f32; N]) -> [f32; N] {
+    let (side, at) = place(towards);
+    let at = (at + 1.0) * (0.5 * cells as f64) - 0.5;
+    let (base, share) = (at.floor(), at - at.floor());
+    let mut sum = [0.0; N];
+    for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+        let along = |step: f64, share: f64| if step > 0.0 { share } else { 1.0 - share };
+        let weight = (along(dx, share.x) * along(dy, share.y)) as f32;
+        let cell = [base.x + dx, base.y + dy];
+        let is_inside = cell.iter().all(|at| (0.0..cells as f64).contains(at));
+        let index = match is_inside {
+            true => (side * cells + cell[1] as usize) * cells + cell[0] as usize,
+            false => CubeMap::<f32>::cell_of(cells, direction(side, cell, cells)),
+        };
+        let value = value(index);
+        (0..N).for_each(|i| sum[i] += weight * value[i]);
+    }
+    sum
 }
 
 /// Returns the direction of the middle of a cell of a side; the cell may lie beyond the side.
@@ -245,14 +250,8 @@ impl Dome {
     }
 
     /// Prepares lookups.
-    pub fn sampler(&self) -> DomeSampler {
-        let srgb = Srgb::tables();
-        let light = |texel: &[u8; 4]| {
-            let [r, g, b] = [0, 1, 2].map(|c| self.white * srgb.linear(texel[c]));
-            [r, g, b, f32::from(texel[3]) / 255.0]
-        };
-        let values = self.texels.par_iter().map(light).collect();
-        DomeSampler(CubeMap { side: self.side as usize, values })
+    pub fn sampler(&self) -> DomeSampler<'_> {
+        DomeSampler { dome: self, srgb: Srgb::tables() }
     }
 
     /// Returns an equirectangular picture of `width` x `width / 2` pixels: light in the common exposure, rows from
@@ -308,12 +307,19 @@ impl Dome {
 }
 
 /// A dome prepared for lookups.
-pub struct DomeSampler(CubeMap<[f32; 4]>);
+pub struct DomeSampler<'a> {
+    dome: &'a Dome,
+    srgb: Srgb,
+}
 
-impl DomeSampler {
+impl DomeSampler<'_> {
     /// Returns the light in a direction (full range 1), in the common exposure, and how well it is known.
     pub fn at(&self, direction: DVec3) -> [f32; 4] {
-        self.0.between(direction, |value| value)
+        between(self.dome.side as usize, direction, |cell| {
+            let texel = self.dome.texels[cell];
+            let [r, g, b] = [0, 1, 2].map(|c| self.dome.white * self.srgb.linear(texel[c]));
+            [r, g, b, f32::from(texel[3]) / 255.0]
+        })
     }
 }
 
@@ -401,7 +407,8 @@ mod tests {
 
     #[test]
     fn a_dome_shows_in_every_direction_what_it_was_made_of_also_across_the_edges_of_the_cube() {
-        let sampler = dome().sampler();
+        let dome = dome();
+        let sampler = dome.sampler();
         for direction in directions(&mut Rng::new(1), 4000) {
             let [r, g, b, known] = sampler.at(direction);
             let expected = smooth(direction);

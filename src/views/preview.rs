@@ -111,9 +111,23 @@ pub fn open(
 ) -> Result<Preview> {
     // Stacks that change from now on stay readable as they are.
     let _reader = StackReader::begin(folder);
-    let store = StackStore::new(folder);
-    let read = task.timed("read stacks", || stacks(project, site, &store, options, task))?;
+    let read = read(folder, project, site, options, task)?;
     open_read(folder, project, site, read, device, options, task)
+}
+
+/// Reads the stacks that a preview shows, for [`open_read`].
+///
+/// # Errors
+/// [`Error::Missing`](quadratura_base::Error::Missing) when no photo has a stack.
+pub fn read(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<ReadStacks> {
+    let store = StackStore::new(folder);
+    task.timed("read stacks", || stacks(project, site, &store, options, task))
 }
 
 /// Makes the renderer of a project and its site from stacks that were read before, whatever is on disk now.

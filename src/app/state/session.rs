@@ -6,9 +6,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::pending::PendingUpdates;
 use quadratura_base::error::{Error, Result};
+use quadratura_base::raster::robust::median;
 use quadratura_base::scene::up;
 use quadratura_base::scene::{Edges, Model, Object, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
@@ -41,6 +43,8 @@ pub struct Session {
     pub photos: Vec<PhotoStatus>,
     /// The scene frame of viewpoints.
     pub scene_frame: SceneFrame,
+    /// The height of a camera's picture in space, in world units.
+    pub camera_size: f64,
     /// The points of what *Show everything* shows: the model without backdrops and wide ground.
     pub home: Vec<DVec3>,
     /// The surface that rays intersect; back faces are known once the painter knows them.
@@ -171,16 +175,15 @@ pub fn survey(
 ) -> Result<Vec<PhotoStatus>> {
     let store = StackStore::new(folder);
     let survey = Survey::new(project, site, &store);
-    let photos = &site.photos;
-    let status = |(done, photo)| {
-        task.step("check stacks", done, photos.len() as u64)?;
+    let (photos, done) = (&site.photos, AtomicU64::new(0));
+    let status = |(at, photo): (usize, &Photo)| {
+        task.step("check stacks", done.fetch_add(1, Ordering::Relaxed), photos.len() as u64)?;
         // A look that begins later finds what is there now, or something newer.
         let look = NEXT_LOOK.fetch_add(1, Ordering::Relaxed);
         let status = PhotoStatus::from_state(survey.state(photo)?, look).with_file(photo, &store);
-        let status = status.with_known(known.get(done as usize));
-        Ok(status.with(store.damage(&photo.name)))
+        Ok(status.with_known(known.get(at)).with(store.damage(&photo.name)))
     };
-    (0u64..).zip(photos).map(status).collect()
+    photos.par_iter().enumerate().map(status).collect()
 }
 
 /// Returns the stacks of photos with these states.
@@ -193,6 +196,23 @@ pub fn stacks_of(photos: &[PhotoStatus]) -> Vec<Option<Arc<Stack>>> {
 fn gone(folder: &Path, problems: &OpeningProblems) -> Vec<(String, String)> {
     let store = StackStore::new(folder);
     problems.left_out.iter().filter(|(photo, _)| store.stack_file(photo).is_file()).cloned().collect()
+}
+
+/// The height of a camera's picture in space, as a share of the site's radius, and at most as a share of the distance from the next camera.
+const CAMERA_SHARES: [f64; 2] = [0.035, 0.5];
+
+/// Returns the height of a camera's picture in space: where a site is much larger than the steps between its cameras, they do not hide
+/// each other.
+fn camera_size(site: &Site, radius: f64) -> f64 {
+    let [of_radius, of_step] = CAMERA_SHARES;
+    let positions: Vec<DVec3> = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
+    let step = |from: &DVec3| {
+        let others = positions.iter().map(|position| position.distance(*from));
+        // Photos from one tripod have one place.
+        others.filter(|distance| *distance > 1e-3 * radius).fold(f64::INFINITY, f64::min)
+    };
+    let mut steps: Vec<f64> = positions.par_iter().map(step).collect();
+    median(&mut steps).map_or(f64::INFINITY, |step| of_step * step).min(of_radius * radius)
 }
 
 /// Returns the points of a site without backdrops and wide ground.
@@ -268,9 +288,11 @@ impl Session {
         let history = History::new(opened.project.clone());
         let model = &opened.site.model;
         let lock = Arc::new(lock);
+        let scene_frame = SceneFrame::new(&model.vertices, up(&opened.site.photos));
         Ok(Self {
             folder: folder.to_path_buf(),
-            scene_frame: SceneFrame::new(&model.vertices, up(&opened.site.photos)),
+            camera_size: camera_size(&opened.site, scene_frame.radius),
+            scene_frame,
             home: home(&opened.site),
             solid: Arc::new(ModelSurface::from_model(model)),
             edges: Edges::from_model(model),
@@ -290,6 +312,7 @@ impl Session {
     /// Replaces the site after it was read again.
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
         self.scene_frame = SceneFrame::new(&opened.site.model.vertices, up(&opened.site.photos));
+        self.camera_size = camera_size(&opened.site, self.scene_frame.radius);
         self.home = home(&opened.site);
         self.solid = Arc::new(ModelSurface::from_model(&opened.site.model));
         self.edges = Edges::from_model(&opened.site.model);

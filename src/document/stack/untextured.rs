@@ -1,8 +1,10 @@
 //! The faces that a photo does not texture, with the reasons.
 
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use quadratura_base::scene::FaceIndex;
 
@@ -28,26 +30,42 @@ pub struct Untextured {
 
 /// The faces that a photo does not texture, in runs of faces with the same reason. In a large model they are nearly all of a
 /// stack, so all its copies share them.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct UntexturedFaces(Arc<Vec<UntexturedRun>>);
 
 /// Consecutive faces of an object that a photo does not texture for the same reason, which has no particulars unless it is one face.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+/// Runs share their names: a photo has thousands of runs of hundreds of objects, and a site hundreds of photos.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 struct UntexturedRun {
-    object: String,
+    object: Arc<str>,
     /// The first face.
     face: FaceIndex,
-    /// The number of faces; 1 in stacks of before.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
+    /// The number of faces.
+    #[serde(skip_serializing_if = "is_one")]
     faces: u32,
     reason: UntexturedReason,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    by: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    by: Option<Arc<str>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     at: Option<[u32; 2]>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    px: Option<[u64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    px: Option<Box<[u64; 2]>>,
+}
+
+/// A run as it is in a file, with names that are read in place.
+#[derive(Deserialize)]
+struct WrittenRun<'a> {
+    #[serde(borrow)]
+    object: Cow<'a, str>,
+    face: FaceIndex,
+    /// 1 in stacks of before.
+    #[serde(default = "one")]
+    faces: u32,
+    reason: UntexturedReason,
+    #[serde(borrow, default)]
+    by: Option<Cow<'a, str>>,
+    at: Option<[u32; 2]>,
+    px: Option<Box<[u64; 2]>>,
 }
 
 fn one() -> u32 {
@@ -61,27 +79,27 @@ fn is_one(count: &u32) -> bool {
 impl UntexturedRun {
     fn new(face: Untextured) -> Self {
         let Untextured { object, face, reason, by, at, px } = face;
+        let (object, by, px) = (object.into(), by.map(Arc::from), px.map(Box::new));
         Self { object, face, faces: 1, reason, by, at, px }
     }
 
     /// Returns whether a face continues the run.
     fn continues_with(&self, next: &Untextured) -> bool {
-        let plain = [(&self.by, self.at, self.px), (&next.by, next.at, next.px)];
+        let is_plain = (&self.by, self.at, &self.px) == (&None, None, &None)
+            && (&next.by, next.at, next.px) == (&None, None, None);
         let follows = self.face.0.checked_add(self.faces) == Some(next.face.0);
-        follows
-            && (&self.object, self.reason) == (&next.object, next.reason)
-            && plain.iter().all(|particulars| *particulars == (&None, None, None))
+        follows && is_plain && (&*self.object, self.reason) == (&*next.object, next.reason)
     }
 
     fn faces(&self) -> impl Iterator<Item = Untextured> + '_ {
         let Self { object, face, faces, reason, by, at, px } = self;
         (face.0..face.0.saturating_add(*faces)).map(|face| Untextured {
-            object: object.clone(),
+            object: object.to_string(),
             face: FaceIndex(face),
             reason: *reason,
-            by: by.clone(),
+            by: by.as_ref().map(|by| by.to_string()),
             at: *at,
-            px: *px,
+            px: px.as_deref().copied(),
         })
     }
 }
@@ -111,6 +129,20 @@ impl UntexturedFaces {
     /// Returns whether the photo textures all faces.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+}
+
+impl<'de> Deserialize<'de> for UntexturedFaces {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let written = Vec::<WrittenRun<'de>>::deserialize(deserializer)?;
+        let mut known = HashMap::<&str, Arc<str>>::new();
+        let runs = written.iter().map(|WrittenRun { object, face, faces, reason, by, at, px }| {
+            let mut shared = |name| known.entry(name).or_insert_with(|| Arc::from(name)).clone();
+            let (object, by) = (shared(&**object), by.as_deref().map(&mut shared));
+            let (face, faces, reason, at, px) = (*face, *faces, *reason, *at, px.clone());
+            UntexturedRun { object, face, faces, reason, by, at, px }
+        });
+        Ok(Self(Arc::new(runs.collect())))
     }
 }
 
@@ -204,6 +236,8 @@ mod tests {
             face("shed", 6, Behind, None),
         ];
         let kept = UntexturedFaces::from(faces.clone());
+        let read: UntexturedFaces = serde_json::from_str(&serde_json::to_string(&kept).unwrap()).unwrap();
+        assert!(Arc::ptr_eq(&read.0[0].object, &read.0[3].object), "runs share the names of objects");
         assert_eq!((kept.iter().collect::<Vec<_>>(), kept.len()), (faces.clone(), 6));
         let text = serde_json::to_string(&kept).unwrap();
         assert!(text.starts_with(r#"[{"object":"house","face":0,"faces":2,"reason":"behind"},"#), "{text}");

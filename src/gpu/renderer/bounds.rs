@@ -24,3 +24,20 @@ impl TexelBounds for StoredBounds<'_> {
         self.agreement.least(server.layer_texture, low_px, high_px)
     }
 }
+
+/// Bounds that take layer textures that were never decoded for trusted everywhere.
+pub struct LikelyBounds<'a>(pub StoredBounds<'a>);
+
+impl TexelBounds for LikelyBounds<'_> {
+    fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
+        if self.0.tiles.is_decoded(server.layer_texture) {
+            self.0.least(server, low_px, high_px)
+        } else {
+            1.0
+        }
+    }
+
+    fn least_agreement(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
+        self.0.least_agreement(server, low_px, high_px)
+    }
+}

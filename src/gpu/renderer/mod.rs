@@ -57,7 +57,7 @@ use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
 use quadratura_projection::agreement::Agreement;
-use quadratura_projection::cells::{Cells, TexelBounds, cells};
+use quadratura_projection::cells::{Cells, Finder, TexelBounds};
 use quadratura_projection::exposure::{Shares, ViewExposure, visible_shares};
 use quadratura_projection::model_surface::ModelSurface;
 use quadratura_projection::relief::Relief;
@@ -239,8 +239,19 @@ impl Renderer {
     }
 
     fn cells(&self, shot: &Shot, side_px: u32, leaning: &[f64], confidence: &impl TexelBounds) -> Cells {
+        self.finder(shot, side_px, leaning, confidence).cells()
+    }
+
+    fn finder<'a, C>(
+        &'a self,
+        shot: &'a Shot,
+        side_px: u32,
+        leaning: &'a [f64],
+        confidence: &'a C,
+    ) -> Finder<'a, C> {
         let heights: &[f64] = if shot.relief { &self.grids.largest } else { &[] };
-        cells(&self.model, &self.sources, shot, side_px, heights, leaning, confidence)
+        let (model, sources) = (&*self.model, &self.sources);
+        Finder { model, sources, shot, side_px, heights, leaning, confidence }
     }
 
     /// Computes the cells of a view and its exposure, unless that is given. Which groups of light a view leans to follows
@@ -291,8 +302,7 @@ impl Renderer {
         let (mut cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         cells.depths = self.depths_with_trees(shot, cells.depths);
         task.check_cancelled()?;
-        let wanted = self.wanted(shot, &cells, shown, task)?;
-        task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
+        let cells = self.load_shown(shot, cells, &exposure.leaning, shown, task)?;
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),

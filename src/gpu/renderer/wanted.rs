@@ -3,26 +3,30 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
+use super::bounds::{LikelyBounds, StoredBounds};
 use super::frame::StoredDepths;
 use super::seen;
 use super::{Prepared, Renderer, Shown};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
-use quadratura_base::scene::FaceId;
+use quadratura_base::scene::{FaceId, Model};
 use quadratura_base::task::Task;
-use quadratura_projection::cells::{Cells, FaceCells};
+use quadratura_projection::cells::depths::ShownDepths;
+use quadratura_projection::cells::{Cells, FaceCells, ServerCandidate, TexelBounds};
 use quadratura_projection::residency::TileRequest;
 use quadratura_projection::{LayerTextureId, Sources, shown_face};
 use quadratura_view::{Shot, TreeMethod};
 
-/// Collects the texels that the cells may look up: one rectangle per layer texture and finest level. `is_shown` tells for each range
-/// of [`Cells::ranges`] whether the view shows anything of it.
-pub fn wants(cells: &Cells, is_shown: impl Fn(usize) -> bool, sources: &Sources) -> Vec<TileRequest> {
+/// Collects the texels that candidates may look up: one rectangle per layer texture and finest level.
+fn wants<'a>(
+    candidates: impl IntoIterator<Item = &'a ServerCandidate>,
+    sources: &Sources,
+) -> Vec<TileRequest> {
     let mut wanted: BTreeMap<(LayerTextureId, u32), PixelRect> = BTreeMap::new();
-    let shown = cells.ranges.iter().enumerate().filter(|(i, _)| is_shown(*i)).map(|(_, range)| range);
-    for candidate in shown.flat_map(|range| &cells.candidates[range.start as usize..range.end as usize]) {
+    for candidate in candidates {
         let layer_texture = sources.servers[candidate.server as usize].layer_texture;
         let rect = wanted.entry((layer_texture, candidate.finest)).or_insert(candidate.rect);
         *rect = rect.union(&candidate.rect);
@@ -37,19 +41,42 @@ pub fn wants(cells: &Cells, is_shown: impl Fn(usize) -> bool, sources: &Sources)
 }
 
 impl Renderer {
-    /// Returns the texels that a view needs. Where all layers of it are drawn, or all that its frustum may need is on the device, that is
-    /// what it needs; otherwise its surfaces are drawn to find out which it shows.
-    pub(super) fn wanted(
+    /// Loads the texels that a view needs, and returns its cells. Where all layers of it are drawn, or all that its frustum may need is on
+    /// the device, that is what it needs; otherwise its surfaces are drawn to find out which it shows, and at which depths.
+    ///
+    /// How far a photo is trusted is known when its layer was decoded; until then any photo may be needed, as all others might be
+    /// untrusted there. So the photos that are needed if all are trusted are loaded first, and then those that may be needed still.
+    pub(super) fn load_shown(
         &mut self,
         shot: &Shot,
-        cells: &Cells,
+        mut cells: Cells,
+        leaning: &[f64],
         shown: Shown,
         task: &Task,
-    ) -> Result<Vec<TileRequest>> {
-        let of_frustum = self.without_skirts(shot, wants(cells, |_| true, &self.sources));
+    ) -> Result<Cells> {
+        let of_frustum = self.without_skirts(shot, wants(&cells.candidates, &self.sources));
         if shown == Shown::All || self.store(shot).holds(&of_frustum) {
-            return Ok(of_frustum);
+            task.timed("tiles", || self.store_mut(shot).load(&of_frustum, task))?;
+            return Ok(cells);
         }
+        let depths = self.shown_depths(shot, &cells, task)?;
+        let wanted = self.wanted(shot, &cells, &depths, leaning, &self.stored_bounds(shot));
+        if self.store(shot).has_decoded(&wanted) {
+            task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
+            return Ok(cells);
+        }
+        let likely = self.wanted(shot, &cells, &depths, leaning, &LikelyBounds(self.stored_bounds(shot)));
+        task.timed("tiles", || self.store_mut(shot).load(&likely, task))?;
+        let known =
+            task.timed("cells", || self.cells(shot, cells.side_px, leaning, &self.stored_bounds(shot)));
+        cells = Cells { depths: cells.depths, ..known };
+        let wanted = self.wanted(shot, &cells, &depths, leaning, &self.stored_bounds(shot));
+        task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
+        Ok(cells)
+    }
+
+    /// Returns for each range of [`Cells::ranges`] at which depths the view shows something of it.
+    fn shown_depths(&mut self, shot: &Shot, cells: &Cells, task: &Task) -> Result<Vec<ShownDepths>> {
         // Trees hide surfaces only in part.
         let bare = Shot { trees: TreeMethod::None, ..seen::of_seen(shot) };
         let opaque = Prepared { opaque_alone: true, ..Prepared::default() };
@@ -61,8 +88,35 @@ impl Renderer {
             let depth = |corner: DVec3| shot.depth_of(corner);
             blended(face).then(|| self.model.ring_points(face).map(depth).fold(f64::INFINITY, f64::min))
         };
-        let shown = shown_cells(cells, &drawn, shot.camera.width, nearest);
-        Ok(self.without_skirts(shot, wants(cells, |i| shown[i], &self.sources)))
+        let depths = |face, run| depths_of_run(&self.model, shot, face, run, cells.depths[1]);
+        Ok(shown_cells(cells, &drawn, shot.camera.width, nearest, depths))
+    }
+
+    /// Returns the texels that the cells may look up at these depths.
+    fn wanted(
+        &self,
+        shot: &Shot,
+        cells: &Cells,
+        depths: &[ShownDepths],
+        leaning: &[f64],
+        bounds: &impl TexelBounds,
+    ) -> Vec<TileRequest> {
+        let finder = self.finder(shot, cells.side_px, leaning, bounds);
+        let of_cell = |face: &FaceCells, cell: u32| {
+            let at = [face.corner[0] + cell % face.size[0], face.corner[1] + cell / face.size[0]];
+            finder.at_depths(cells, face, at, depths[(face.first + cell) as usize])
+        };
+        let of_face = |face: &FaceCells| -> Vec<ServerCandidate> {
+            (0..face.size[0] * face.size[1]).flat_map(|cell| of_cell(face, cell)).collect()
+        };
+        let of_faces: Vec<Vec<ServerCandidate>> = cells.faces.par_iter().map(of_face).collect();
+        let around = cells.surroundings.iter().flat_map(|around| &cells.ranges[around.first as usize..]);
+        let around = around.flat_map(|range| &cells.candidates[range.start as usize..range.end as usize]);
+        self.without_skirts(shot, wants(of_faces.iter().flatten().chain(around), &self.sources))
+    }
+
+    fn stored_bounds(&self, shot: &Shot) -> StoredBounds<'_> {
+        StoredBounds { tiles: self.store(shot), agreement: &self.agreement.agreement }
     }
 
     fn without_skirts(&self, shot: &Shot, mut wanted: Vec<TileRequest>) -> Vec<TileRequest> {
@@ -71,6 +125,34 @@ impl Renderer {
         }
         wanted
     }
+}
+
+/// Pixels of a row that show one face: the row, and the first and the last column.
+type PixelRun = (u32, [u32; 2]);
+
+/// Returns the depths that a face may have at the pixels of a run and within a pixel of them. They follow from its plane; relief is up to
+/// the cells.
+fn depths_of_run(
+    model: &Model,
+    shot: &Shot,
+    face: FaceId,
+    (row, columns): PixelRun,
+    farthest: f64,
+) -> ShownDepths {
+    let subject = model.face(face);
+    let distance = subject.plane.signed_distance(shot.viewpoint());
+    if shot.parallel.is_some() || !subject.planar || model.impostor(face).is_some() || distance == 0.0 {
+        return ShownDepths::ALL;
+    }
+    let normal_in_camera = shot.pose.rotation * subject.plane.normal;
+    // The inverse depth of a plane is an affine function of the pixel, so that its extremes are at the corners.
+    let inverse =
+        |x: f64, y: f64| -normal_in_camera.dot(shot.camera.ray_in_camera(DVec2::new(x, y))) / distance;
+    let beside = |px: u32| [f64::from(px) - 0.5, f64::from(px) + 1.5];
+    let (low, high) = (beside(columns[0])[0], beside(columns[1])[1]);
+    let corners = beside(row).into_iter().flat_map(|y| [inverse(low, y), inverse(high, y)]);
+    let range = corners.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], c| [a.min(c), b.max(c)]);
+    ShownDepths::between_inverse(range, farthest)
 }
 
 /// The opaque faces of a view, pixel by pixel, row by row from the top.
@@ -83,30 +165,34 @@ struct DrawnFaces {
     depths: StoredDepths,
 }
 
-/// Tells for each range of [`Cells::ranges`] whether a view of this `width` shows anything of it. `nearest` is the least depth of a
-/// face that is blended over others, and `None` for opaque ones. Samples between the centres of pixels may show a face in the next
-/// cell, so the neighbours of a face's cells count, too. Of the surroundings all cells do: outlines show them within faces.
+/// Returns for each range of [`Cells::ranges`] at which depths a view of this `width` shows something of it. `nearest` is the least
+/// depth of a face that is blended over others, and `None` for opaque ones; `depths` are those of a face at a run of pixels. Samples
+/// between the centres of pixels may show a face in the next cell, so the neighbours of a face's cells count, too. Of the surroundings
+/// all cells do: outlines show them within faces.
 fn shown_cells(
     cells: &Cells,
     drawn: &DrawnFaces,
     width: u32,
     nearest: impl Fn(FaceId) -> Option<f64>,
-) -> Vec<bool> {
-    let mut shown = vec![false; cells.ranges.len()];
+    depths: impl Fn(FaceId, PixelRun) -> ShownDepths,
+) -> Vec<ShownDepths> {
+    let mut shown = vec![ShownDepths::default(); cells.ranges.len()];
     if let Some(around) = &cells.surroundings {
-        shown[around.first as usize..].fill(true);
+        shown[around.first as usize..].fill(ShownDepths::ALL);
     }
-    let mut last = (0, [0; 2]);
     for (row, y) in drawn.numbers.chunks_exact(width as usize).zip(0..) {
-        for (&number, x) in row.iter().zip(0..) {
-            let cell: [u32; 2] = [x / cells.side_px, y / cells.side_px];
-            if std::mem::replace(&mut last, (number, cell)) == (number, cell) {
-                continue;
-            }
+        let mut x = 0;
+        for run in row.chunk_by(|a, b| a == b) {
+            let (first, end) = (x, x + run.len() as u32);
+            x = end;
             let at = |face| cells.faces.binary_search_by_key(&face, |of| of.face).ok();
-            if let Some(at) = shown_face(number).and_then(at) {
-                let face = &cells.faces[at];
-                cells_around(face, cell).for_each(|range| shown[range] = true);
+            let Some(face) = shown_face(run[0]).and_then(at).map(|at| &cells.faces[at]) else { continue };
+            for column in first / cells.side_px..end.div_ceil(cells.side_px) {
+                let from = first.max(column * cells.side_px);
+                let to = end.min((column + 1) * cells.side_px) - 1;
+                let of_run = depths(face.face, (y, [from, to]));
+                let cell = [column, y / cells.side_px];
+                cells_around(face, cell).for_each(|range| shown[range].add(of_run));
             }
         }
     }
@@ -118,7 +204,7 @@ fn shown_cells(
         for y in face.corner[1]..face.corner[1] + face.size[1] {
             for x in face.corner[0]..face.corner[0] + face.size[0] {
                 if farthest.get((y * columns + x) as usize).is_none_or(|least| stored >= *least) {
-                    cells_around(face, [x, y]).for_each(|range| shown[range] = true);
+                    cells_around(face, [x, y]).for_each(|range| shown[range] = ShownDepths::ALL);
                 }
             }
         }
@@ -178,10 +264,14 @@ mod tests {
         };
         drawn.numbers[13] = 1;
         drawn.stored[9] = 1.0 / 5.0;
-        let shown = shown_cells(&cells, &drawn, 10, |face| (face == FaceId(2)).then_some(4.0));
-        let [first, third] = [[true, true, false, false], [false, false, true, true]];
-        let expected = [first, [false; 4], third].concat();
-        assert_eq!(shown, [&expected[..], &[true; 2]].concat());
-        assert!(shown_cells(&cells, &drawn, 10, |_| Some(-1.0)).into_iter().all(|shown| shown));
+        let near = |_, (row, _): PixelRun| ShownDepths::between_inverse([0.3 + f64::from(row), 2.0], 4.0);
+        let shown = shown_cells(&cells, &drawn, 10, |face| (face == FaceId(2)).then_some(4.0), near);
+        let (all, none) = (ShownDepths::ALL, ShownDepths::default());
+        let first = ShownDepths::between_inverse([1.3, 2.0], 4.0);
+        let [first, third] = [[first, first, none, none], [none, none, all, all]];
+        let expected = [first, [none; 4], third].concat();
+        assert_eq!(shown, [&expected[..], &[all; 2]].concat());
+        let blended = shown_cells(&cells, &drawn, 10, |_| Some(-1.0), near);
+        assert!(blended.into_iter().all(|shown| shown == all));
     }
 }

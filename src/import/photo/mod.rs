@@ -21,6 +21,7 @@ mod jpeg;
 mod kind;
 mod parameters;
 mod pinhole;
+mod png;
 mod tiff;
 mod turn;
 
@@ -51,7 +52,7 @@ pub struct PhotoHeader {
 /// Checks a photo without decoding it: whether it can be read, and whether its size matches the camera's.
 ///
 /// # Errors
-/// [`Error::Input`] when the file is in no supported format, damaged at its beginning, a truncated JPEG, of
+/// [`Error::Input`] when the file is in no supported format, damaged at its beginning, a truncated JPEG or PNG, of
 /// an unsupported kind, or of another size; [`Error::Io`].
 pub fn check_photo(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> {
     guarded(path, SAVE_AGAIN, || checked(path, width, height))
@@ -63,8 +64,8 @@ fn checked(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> {
     let mut file = open(path, width, height)?;
     let mut beginning = Vec::new();
     file.by_ref().take(BEGINNING).read_to_end(&mut beginning).map_err(Error::io(path, "read it"))?;
+    refuse_cut(path, &beginning, &mut file)?;
     if beginning.starts_with(&jpeg::START) {
-        refuse_cut_jpeg(path, &mut file)?;
         let header = header_of(path, Cursor::new(&beginning), width, height);
         if header.is_ok() || (beginning.len() as u64) < BEGINNING {
             return header;
@@ -89,10 +90,10 @@ pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
 
 fn whole(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
     let mut file = open(path, width, height)?;
-    if file.fill_buf().map_err(Error::io(path, "read it"))?.starts_with(&jpeg::START) {
-        refuse_cut_jpeg(path, &mut file)?;
-        file.rewind().map_err(Error::io(path, "read it"))?;
-    }
+    let beginning: Vec<u8> =
+        file.fill_buf().map_err(Error::io(path, "read it"))?.iter().take(kind::START).copied().collect();
+    refuse_cut(path, &beginning, &mut file)?;
+    file.rewind().map_err(Error::io(path, "read it"))?;
     decoded(path, file, width, height)
 }
 
@@ -123,18 +124,21 @@ fn picture(path: &Path, bytes: &[u8], longest: u32) -> Result<PhotoPixels> {
         let found = format!("a picture of {width} x {height} pixels, expected at most {longest} a side");
         return Err(Error::input(path, "", found, "make it smaller"));
     }
-    let mut file = Cursor::new(bytes);
-    if bytes.starts_with(&jpeg::START) {
-        refuse_cut_jpeg(path, &mut file)?;
-    }
+    refuse_cut(path, bytes, &mut Cursor::new(bytes))?;
     decoded(path, Cursor::new(bytes), width, height)
 }
 
-fn refuse_cut_jpeg(path: &Path, file: &mut (impl BufRead + Seek)) -> Result<()> {
-    if jpeg::is_whole(file).map_err(Error::io(path, "read it"))? {
+/// Refuses a JPEG or a PNG that ends before its picture does. `beginning` are the first bytes of the file.
+fn refuse_cut(path: &Path, beginning: &[u8], file: &mut (impl BufRead + Seek)) -> Result<()> {
+    let (name, is_whole) = match beginning {
+        start if start.starts_with(&jpeg::START) => ("JPEG", jpeg::is_whole(file)),
+        start if start.starts_with(&png::START) => ("PNG", png::is_whole(file)),
+        _ => return Ok(()),
+    };
+    if is_whole.map_err(Error::io(path, "read it"))? {
         return Ok(());
     }
-    let found = "the JPEG is cut short: it ends before its picture does";
+    let found = format!("the {name} is cut short: it ends before its picture does");
     Err(Error::input(path, "", found, "copy the file again from a complete original"))
 }
 

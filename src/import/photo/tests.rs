@@ -172,12 +172,18 @@ fn a_jpeg_that_is_cut_is_refused_by_its_header_already_and_one_with_more_behind_
 }
 
 #[test]
-fn a_png_that_is_cut_is_refused() {
+fn a_png_that_is_cut_is_refused_by_its_header_already_and_one_with_more_behind_it_is_read() {
     let folder = Folder::new();
     let bytes = encoded(&kinds()[4], ImageFormat::Png).unwrap();
-    let path = folder.put("a.png", &bytes[..bytes.len() - 20]);
-    let error = read_photo(&path, 6, 4).unwrap_err().to_string();
-    assert!(error.contains("cannot be decoded"), "{error}");
+    for cut in [8, 20, bytes.len() - 20, bytes.len() - 13, bytes.len() - 5] {
+        let path = folder.put("a.png", &bytes[..cut]);
+        for error in [check_photo(&path, 6, 4).unwrap_err(), read_photo(&path, 6, 4).unwrap_err()] {
+            assert!(error.to_string().contains("the PNG is cut short"), "{cut}: {error}");
+        }
+    }
+    let path = folder.put("a.png", &[&bytes[..], b"more"].concat());
+    check_photo(&path, 6, 4).unwrap();
+    read_photo(&path, 6, 4).unwrap();
 }
 
 #[test]

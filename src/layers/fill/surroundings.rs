@@ -119,7 +119,7 @@ pub struct SurroundingsFilling<'a> {
     /// Other photos, the nearest cameras first, [`MOST_DONORS`] at most.
     pub donors: &'a [&'a SurroundingsDonor],
     /// What is seen where no photo shows anything; `None` leaves that empty.
-    pub dome: Option<&'a DomeSampler>,
+    pub dome: Option<&'a DomeSampler<'a>>,
     /// The distance between cameras from which they see other surroundings, in world units.
     pub scale: f64,
 }
@@ -356,8 +356,8 @@ mod tests {
     fn where_no_photo_shows_anything_the_dome_does_and_without_one_it_stays_empty() {
         let short = [donor(1, 0.1, 120, 40, false)];
         assert_eq!(filled(&short, None), None);
-        let dome = Dome::from_light(&CubeMap::from_directions(56, |_| ([0.2; 3], 0.0))).sampler();
-        let found = filled(&short, Some(&dome)).unwrap();
+        let dome = Dome::from_light(&CubeMap::from_directions(56, |_| ([0.2; 3], 0.0)));
+        let found = filled(&short, Some(&dome.sampler())).unwrap();
         assert!(found.texels.iter().all(|texel| texel.origin == FillOrigin::Diffused));
         assert_eq!(found.texels[0].confidence, in_255ths(DIFFUSED_CONFIDENCE));
     }

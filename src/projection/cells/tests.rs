@@ -2,10 +2,11 @@
 
 use glam::{DVec2, DVec3, dvec3};
 
-use super::{Cells, TexelBounds, Unknown, cells};
+use super::depths::ShownDepths;
+use super::{Cells, Finder, TexelBounds, Unknown, cells};
 use crate::sources::{Domain, LayerTexture, LayerTextureId, Projector, Server, Sources};
 use quadratura_base::geometry::{PixelRect, Plane};
-use quadratura_base::scene::synthetic::{Rng, centred, look_at, random};
+use quadratura_base::scene::synthetic::{Modeller, Rng, centred, look_at, random};
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_view::shot::{Blend, Mode, Shot};
 use quadratura_view::weights;
@@ -172,4 +173,63 @@ fn a_photo_that_must_not_take_part_is_no_candidate() {
     assert!(!found.candidates.is_empty());
     let photos = found.candidates.iter().map(|c| sources.servers[c.server as usize].photo);
     assert!(photos.into_iter().all(|p| p != PhotoId(2)));
+}
+
+/// A street of ground with a photo every metre, all looking along it, and a view near its beginning.
+fn street(photos: u32) -> (Model, Sources, Shot) {
+    let length = f64::from(photos);
+    let mut modeller = Modeller::new();
+    modeller.object("ground").quad(dvec3(-4.0, 0.0, -1.6), DVec3::X * 8.0, DVec3::Y * length);
+    let model = Model::clone(&modeller.finish());
+    let camera = centred(640, 480, 500.0);
+    let mut sources = Sources::default();
+    let back = model.face(model.face_ids().next().unwrap()).plane.signed_distance(DVec3::ZERO) < 0.0;
+    for i in 0..photos {
+        let eye = dvec3(0.5, f64::from(i) - 2.0, 0.0);
+        sources.photos.push(Projector { name: format!("{i}"), camera, pose: look_at(eye, eye + DVec3::Y) });
+        let (photo, rect) = (PhotoId(i), PixelRect { x: 0, y: 0, w: 1024, h: 512 });
+        sources.layer_textures.push(LayerTexture { photo, id: format!("s{i}"), rect, see_through: false });
+        let layer_texture = LayerTextureId(i);
+        sources.servers.push(Server { layer_texture, photo, back, pinned: false, domain: Domain::Whole });
+    }
+    sources.of_face.push(0..photos);
+    (model, sources, Shot::new(camera, look_at(dvec3(0.0, 1.0, 0.0), dvec3(0.0, 9.0, 0.0))))
+}
+
+#[test]
+fn of_the_photos_of_a_street_those_near_the_ground_that_a_cell_shows_are_listed_at_its_depths() {
+    let (model, sources, shot) = street(200);
+    let finder = Finder {
+        model: &model,
+        sources: &sources,
+        shot: &shot,
+        side_px: 16,
+        heights: &[],
+        leaning: &[],
+        confidence: &Even,
+    };
+    let cells = finder.cells();
+    let ground = cells.faces[0];
+    let all = sources.of_face[0].clone();
+    let plane = model.face(ground.face).plane;
+    // The cell below the horizon shows the ground from 50 m on.
+    let [column, row] = [20, 15];
+    let whole = cells.of(&ground, column, row).len();
+    let mut nearest = whole;
+    for depth in [60.0, 80.0, 120.0, 190.0] {
+        let p = dvec3(0.1, 1.0 + depth, -1.6);
+        let px = shot.camera.image_from_camera(shot.pose.camera_from_world(p)).unwrap();
+        assert_eq!([px.x as u32 / 16, px.y as u32 / 16], [column, row], "{px}");
+        let shown = ShownDepths::between_inverse([1.0 / depth; 2], cells.depths[1]);
+        let listed = finder.at_depths(&cells, &ground, [column, row], shown);
+        let of = |s: u32| penalty(&sources, &shot, &plane, &sources.servers[s as usize], p);
+        let truth = weights::shares(&all.clone().map(of).collect::<Vec<_>>(), &vec![None; 200], &shot.blend);
+        for (server, weight) in all.clone().zip(truth) {
+            let is_listed = listed.iter().any(|candidate| candidate.server == server);
+            assert!(is_listed || weight == 0.0, "{server} has a weight of {weight} at {depth} m");
+        }
+        nearest = nearest.min(listed.len());
+    }
+    // Photos beyond the ground that is shown do not see it.
+    assert!(whole > 150 && 2 * nearest < whole, "{nearest} of {whole}");
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use super::paint::{SeenBy, SitePaint};
 use quadratura_base::error::{Error, Message, Result};
-use quadratura_base::scene::{FaceId, Photo, PhotoId, Site};
+use quadratura_base::scene::{FaceId, PhotoId, Site};
 use quadratura_base::task::Task;
 use quadratura_document::Project;
 use quadratura_io::unmasked::read_unmasked;
@@ -35,6 +35,23 @@ struct SeenPhoto {
     seen_by: SeenBy,
 }
 
+/// Returns the faces that a photo gives although other photos contradict what it shows of them: those that are pinned to it.
+pub(super) fn given_by_pin(
+    project: &Project,
+    site: &Site,
+    photo: PhotoId,
+    agreement: &PhotoAgreement,
+) -> BTreeSet<FaceId> {
+    let names = || site.photos.iter().map(|photo| photo.name.as_str());
+    let is_pinned = |face: &FaceId| {
+        let face = site.model.face(*face);
+        let object = &site.model.object(face.object).name;
+        project.decisions.pinned(names(), object, face.index) == Some(&site.photo(photo).name)
+    };
+    let faces: BTreeSet<FaceId> = agreement.contradicted.iter().map(|pixel| pixel.face).collect();
+    faces.into_iter().filter(is_pinned).collect()
+}
+
 impl<'a> PhotoDonors<'a> {
     /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
     /// in use remain in memory.
@@ -51,21 +68,13 @@ impl<'a> PhotoDonors<'a> {
 
     /// Leaves out what other photos contradict, but on faces that are pinned to a photo; `evidence` is in the site's order.
     pub fn without_contradicted(self, evidence: &[PhotoEvidence]) -> Self {
-        let (project, site) = (self.project, self.site);
-        let names = || site.photos.iter().map(|photo| photo.name.as_str());
-        let is_pinned = |face: FaceId, photo: &Photo| {
-            let face = site.model.face(face);
-            let object = &site.model.object(face.object).name;
-            project.decisions.pinned(names(), object, face.index) == Some(&photo.name)
-        };
-        let of_photo = |(photo, evidence): (&Photo, &PhotoEvidence)| {
+        let of_photo = |(photo, evidence): (PhotoId, &PhotoEvidence)| {
             let mut agreement = evidence.agreement.clone();
-            let faces: BTreeSet<FaceId> = agreement.contradicted.iter().map(|pixel| pixel.face).collect();
-            let pinned: BTreeSet<FaceId> = faces.into_iter().filter(|face| is_pinned(*face, photo)).collect();
-            agreement.contradicted.retain(|pixel| !pinned.contains(&pixel.face));
+            let given = given_by_pin(self.project, self.site, photo, &agreement);
+            agreement.contradicted.retain(|pixel| !given.contains(&pixel.face));
             agreement
         };
-        let agreement = site.photos.iter().zip(evidence).map(of_photo).collect();
+        let agreement = self.site.photo_ids().zip(evidence).map(of_photo).collect();
         Self { agreement, recent: Mutex::default(), ..self }
     }
 

@@ -44,7 +44,9 @@ pub struct FillInputs {
     options: FillOptions,
     /// Decisions about colour, and exclusions.
     decided: String,
-    /// Pins, which matter where paint is propagated.
+    /// Pins, by which photos give what others contradict; empty where there are none.
+    pins: String,
+    /// Pins as they matter where paint is propagated.
     pinned: String,
     /// What says how mattes are found; empty where nothing is see-through.
     mattes: String,
@@ -96,7 +98,7 @@ impl FillInputs {
     ) -> Result<Self> {
         let decisions = &project.decisions;
         let excluded = decided(decisions, |decided| &decided.exclude);
-        let pinned = decided(decisions, |decided| &decided.pin);
+        let pins = decided(decisions, |decided| &decided.pin);
         let book = PaintStore::new(folder).read()?;
         let has_mattes = !options.no_mattes && site.model.has_see_through();
         Ok(Self {
@@ -105,7 +107,8 @@ impl FillInputs {
             stacks: gains::inputs(site, stacks),
             options: options.clone(),
             decided: format!("{}{excluded}", gains::decisions(&project.colour)),
-            pinned: format!("propagation {PROPAGATION_VERSION} {pinned}"),
+            pinned: format!("propagation {PROPAGATION_VERSION} {pins}"),
+            pins,
             book,
         })
     }
@@ -128,7 +131,7 @@ impl FillInputs {
                 inputs.stacks.clone(),
                 options,
                 inputs.decided.clone(),
-                inputs.pinned.clone(),
+                inputs.pins.clone(),
                 inputs.mattes.clone(),
             ]
         };
@@ -138,7 +141,7 @@ impl FillInputs {
     /// Returns the hash of everything except the paint and where it is seen, where at most `donors` photos are used at
     /// once.
     pub fn without_paint(&self, donors: usize) -> String {
-        hash_bytes(format!("{} {}", self.in_common(donors), self.stacks).as_bytes())
+        hash_bytes(format!("{} {}{}", self.in_common(donors), self.stacks, self.pins).as_bytes())
     }
 
     /// Returns the hash of the options and decisions that concern all photos, where at most `donors` photos are used at once.
@@ -156,8 +159,8 @@ impl FillInputs {
 
     /// Returns the hash for one photo's stack, with those of all photos.
     pub fn of_stack(&self, stack: &Stack) -> String {
-        let Self { stacks, decided, mattes, .. } = self;
-        hash_bytes(format!("{VERSION} {stacks} {decided}{mattes} {}", self.of_photo(stack)).as_bytes())
+        let Self { stacks, decided, mattes, pins, .. } = self;
+        hash_bytes(format!("{VERSION} {stacks} {decided}{mattes}{pins} {}", self.of_photo(stack)).as_bytes())
     }
 
     /// Returns the hash of what concerns the filling of one photo alone. Of all paint, only that on its surfaces or in their
@@ -234,9 +237,22 @@ pub fn stale_fillings(folder: &Path, project: &Project, site: &Site) -> Result<V
     // A stack that cannot be read is reported where it is used.
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
-    let inputs = FillInputs::new(folder, project, site, &stacks, &project.fill)?;
+    stale_among(folder, project, site, &stacks)
+}
+
+/// As [`stale_fillings`], of `stacks` that were read already, in the site's order.
+///
+/// # Errors
+/// Returns an error when the paint book cannot be read.
+pub fn stale_among(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    stacks: &[Option<Stack>],
+) -> Result<Vec<PhotoId>> {
+    let inputs = FillInputs::new(folder, project, site, stacks, &project.fill)?;
     let is_stale = |stack: &Stack| FillState::new(stack, &inputs) == FillState::Stale;
-    let photos = PhotoId::all(stacks.len()).zip(&stacks);
+    let photos = PhotoId::all(stacks.len()).zip(stacks);
     Ok(photos.filter(|(_, stack)| stack.as_ref().is_some_and(is_stale)).map(|(photo, _)| photo).collect())
 }
 

@@ -61,7 +61,7 @@ use quadratura_layers::fill::{
 use quadratura_sites::named::photos_named;
 use quadratura_sites::shared::while_read;
 
-pub use inputs::{FillInputs, FillState, photos_to_fill, stale_fillings};
+pub use inputs::{FillInputs, FillState, photos_to_fill, stale_among, stale_fillings};
 pub use named::check_options;
 pub use report::FillShares;
 pub use request::{FillRequest, FilledPhoto};
@@ -212,7 +212,7 @@ fn fill_or_report(
     };
     let mattes = SurfaceMattes::new(&found, &site.model, &surfaces);
     let (evidence, stamp) = (agreement.whole(), around.stamp());
-    let parts = FillParts::new(site, inputs, &stacks, &context, evidence, &mattes, stamp);
+    let parts = FillParts::new((project, site), inputs, &stacks, &context, evidence, &mattes, stamp);
     let mut around = SurroundingsFiller::new(&around, &gains, memory);
     let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());

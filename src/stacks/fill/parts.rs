@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::donors::given_by_pin;
 use super::inputs::FillInputs;
 use super::see_through::SurfaceMattes;
 use super::{FillJob, FillPurpose, FilledPhoto, WITHOUT_MATTES};
@@ -11,8 +12,8 @@ use crate::turns::FillCheck;
 use quadratura_base::error::Result;
 use quadratura_base::scene::{FaceIndex, Photo, PhotoId, Site};
 use quadratura_base::task::Task;
-use quadratura_document::Stack;
 use quadratura_document::stack::FillBasis;
+use quadratura_document::{Project, Stack};
 use quadratura_files::hash::{Hashing, hash_bytes};
 use quadratura_io::failures::forget_failure;
 use quadratura_io::photo_lock::WorkLock;
@@ -26,7 +27,8 @@ pub(super) struct FillParts<'a> {
     /// The hash of what all fillings have in common: options, decisions, the cameras, and where something is see-through the
     /// stacks of all photos, because its mattes are made from them.
     common: String,
-    /// Per photo in the site's order, the hash of what it gives to others: its stack, exposure and agreement.
+    /// Per photo in the site's order, the hash of what it gives to others: its stack, exposure and agreement, and the faces of which
+    /// a pin makes it give what others contradict.
     photos: Vec<String>,
     /// Per face, by object and index, the hash of its relief and of which photos serve it.
     faces: BTreeMap<(&'a str, FaceIndex), String>,
@@ -37,7 +39,7 @@ pub(super) struct FillParts<'a> {
 impl<'a> FillParts<'a> {
     /// Collects the parts. `stacks` and `evidence` are in the site's order; `surroundings` is the stamp of the site's surroundings.
     pub fn new(
-        site: &'a Site,
+        (project, site): (&Project, &'a Site),
         inputs: &'a FillInputs,
         stacks: &[Option<Stack>],
         context: &FillContext,
@@ -55,7 +57,11 @@ impl<'a> FillParts<'a> {
         let given = |(photo, stack): (PhotoId, &String)| {
             let evidence = evidence.get(photo.index()).map(|evidence| &evidence.agreement);
             let (gain, optics) = (context.gains.of_photo[photo.index()], context.gains.optics[photo.index()]);
-            hash_bytes(&serde_json::to_vec(&(stack, gain, optics, evidence)).expect("plain data is JSON"))
+            let mut text = serde_json::to_vec(&(stack, gain, optics, evidence)).expect("plain data is JSON");
+            let pinned = evidence.map(|evidence| given_by_pin(project, site, photo, evidence));
+            // Only what is pinned, so that the hash is the same as before pins counted.
+            pinned.into_iter().flatten().for_each(|face| text.extend(face.0.to_le_bytes()));
+            hash_bytes(&text)
         };
         let photos = site.photo_ids().zip(&of_stacks).map(given).collect();
         let of_face = |(index, serving): (usize, &Vec<PhotoId>)| {

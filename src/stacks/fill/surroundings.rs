@@ -26,7 +26,7 @@ pub(super) struct SurroundingsFiller<'a> {
     sources: &'a Sources,
     gains: &'a Gains,
     agreement: Agreement,
-    dome: Option<DomeSampler>,
+    dome: Option<DomeSampler<'a>>,
     to_one_sky: &'a SurroundingsGains,
     memory: u64,
     /// The photos that were used last, the most recent one at the end; `None` for one that shows no surroundings or

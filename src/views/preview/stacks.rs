@@ -1,5 +1,7 @@
 //! The stacks that a preview shows.
 
+use rayon::prelude::*;
+
 use super::PreviewOptions;
 use quadratura_base::error::{Error, Message, Remedy, Result};
 use quadratura_base::scene::Site;
@@ -30,8 +32,10 @@ pub fn stacks(
     let mut missing = Vec::new();
     let mut stale = Vec::new();
     let mut broken = Vec::new();
-    for photo in &site.photos {
-        stacks.push(match survey.state(photo)? {
+    let states: Vec<StackState> =
+        site.photos.par_iter().map(|photo| survey.state(photo)).collect::<Result<_>>()?;
+    for (photo, state) in site.photos.iter().zip(states) {
+        stacks.push(match state {
             StackState::Current(stack) => Some(stack),
             StackState::Stale(stack) => {
                 stale.push(photo.name.as_str());

@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 use quadratura::task::Task;
+use quadratura::testing::document::PhotoDecisions;
 use quadratura::testing::document::paint::PaintColour;
-use quadratura::testing::layers::Options;
 use quadratura::testing::layers::fill::FillOptions;
+use quadratura::testing::layers::{Faces, Options};
 use quadratura::testing::projection::Renders;
+use quadratura::testing::stacks::fill::{FillRequest, fill};
 use quadratura::testing::view::Shot;
 use quadratura::testing::views::preview::{PreviewOptions, open_reference};
 
@@ -89,4 +91,28 @@ fn no_filling_takes_what_other_photos_contradict() {
         let red = texels.iter().filter(|texel| is_red(texel.rgb.map(|value| value as u8))).count();
         assert!(!texels.is_empty() && red == 0, "{red} of {} texels of {photo}", texels.len());
     }
+}
+
+/// Fills with a pin of an object to the first photo, and returns for each photo whether its filling was confirmed as it is.
+fn confirmed_with_pin(bench: &Bench, object: &str, force: bool) -> Vec<bool> {
+    let mut opened = bench.opened();
+    let mut decided = PhotoDecisions::default();
+    decided.pin.push(Faces::whole(object));
+    opened.project.decisions.set("0.png", decided);
+    let request = FillRequest { memory: 1 << 30, force, ..FillRequest::default() };
+    let filled = fill(bench.folder.path(), &opened.project, &opened.site, &request, &Task::silent()).unwrap();
+    filled.iter().map(|filled| filled.up_to_date).collect()
+}
+
+#[test]
+fn a_pin_makes_out_of_date_what_takes_from_the_photo_what_others_contradict_and_nothing_else() {
+    let bench = stained();
+    bench.fill(&FillOptions::default());
+    assert_eq!(confirmed_with_pin(&bench, "cube", false), [true; 7], "nothing of the cube is contradicted");
+    let of_wall = confirmed_with_pin(&bench, "wall", false);
+    assert!(of_wall.contains(&false), "the photo gives its stain");
+    assert_eq!(confirmed_with_pin(&bench, "wall", false), [true; 7], "nothing has changed since");
+    let partial = bench.files();
+    confirmed_with_pin(&bench, "wall", true);
+    assert_eq!(partial, bench.files(), "the files are those of a complete filling");
 }

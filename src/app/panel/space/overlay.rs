@@ -16,6 +16,7 @@ use crate::state::session::Session;
 use crate::state::space::memory::SpaceMemory;
 use crate::state::space::picking::faces_of;
 use crate::widget::dialog;
+use quadratura_base::raster::robust::of_rank;
 use quadratura_base::scene::impostor::{Facing, Impostor};
 use quadratura_base::scene::{FaceId, ObjectId, Photo};
 use quadratura_view::navigation::Viewpoint;
@@ -34,8 +35,8 @@ const WIRE_ON_LIGHT: Color32 = Color32::from_rgba_premultiplied(24, 34, 46, 150)
 const GLASS: Color32 = Color32::from_rgba_premultiplied(70, 110, 130, 130);
 /// The colour of cameras.
 const CAMERA: Color32 = Color32::from_rgb(0x70, 0xb0, 0xe8);
-/// The height of a camera's picture in space, as a share of the site's radius.
-const CAMERA_SHARE: f64 = 0.035;
+/// The number of cameras, the nearest ones, that are drawn with their pictures: hundreds would hide the scene.
+const MOST_PICTURES: usize = 48;
 
 /// The distances of cameras, as multiples of their size, between which they fade: nearer ones are not drawn.
 const FADES: [f64; 2] = [5.0, 12.0];
@@ -102,13 +103,17 @@ fn cameras(
     photos: &PhotoTextures,
     pointer: Option<Pos2>,
 ) {
+    let (eye, size) = (canvas.view.position(), session.camera_size);
+    let distance = |photo: &Photo| eye.distance(photo.pose.center_in_world());
+    let mut distances: Vec<f64> = session.opened.site.photos.iter().map(distance).collect();
+    let farthest = of_rank(&mut distances, MOST_PICTURES).unwrap_or(f64::INFINITY);
     for (id, photo) in session.opened.site.numbered_photos() {
         let selected = view.selection.photo == Some(id);
         let color = if selected { SELECTED } else { CAMERA };
-        let texture = photos.small(id).map(TextureHandle::id);
-        let size = session.scene_frame.radius * CAMERA_SHARE;
+        let away = distance(photo);
+        let texture = photos.small(id).filter(|_| away < farthest || selected).map(TextureHandle::id);
         // A camera close to the viewpoint would hide the scene.
-        let opacity = opacity_at(canvas.view.position().distance(photo.pose.center_in_world()) / size);
+        let opacity = opacity_at(away / size);
         if opacity <= 0.0 {
             continue;
         }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 pub use self::pieces::SeeThroughPiece;
 use self::search::{FoundMattes, Search};
-use super::donors::{PhotoDonors, donors_at_once};
+use super::donors::{PhotoDonors, donors_at_once, given_by_pin};
 use super::paint::SitePaint;
 use super::surroundings::SurroundingsFiller;
 use crate::agreement::{AgreementInputs, SiteAgreement};
@@ -255,5 +255,10 @@ fn inputs(basis: &MatteBasis, pieces: &[SeeThroughPiece]) -> String {
         basis.surroundings.stamp(),
         pieces.iter().map(|piece| &piece.name).collect::<Vec<_>>(),
     );
-    hash_bytes(&serde_json::to_vec(&all).expect("plain data is JSON"))
+    let mut text = serde_json::to_vec(&all).expect("plain data is JSON");
+    for (photo, evidence) in site.photo_ids().zip(basis.agreement) {
+        let pinned = given_by_pin(project, site, photo, &evidence.agreement);
+        pinned.iter().for_each(|face| text.extend([photo.0, face.0].map(u32::to_le_bytes).as_flattened()));
+    }
+    hash_bytes(&text)
 }
