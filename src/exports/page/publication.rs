@@ -31,7 +31,9 @@ use quadratura_views::preview::{self, Preview, PreviewOptions};
 const MOST_BYTES_PER_PIXEL: f64 = 0.8;
 /// The photos of which the size of all is estimated.
 const MEASURED: usize = 4;
-/// The share of the budget that photos take: geometry, relief, dome and viewer are the rest.
+/// The bytes of a page without photos: the viewer, the dome, pictures for browsers that cannot show more.
+const WITHOUT_PHOTOS: f64 = 5e5;
+/// The share of the rest that photos may take: geometry and relief take some, and the measured photos may be small ones.
 const FOR_PHOTOS: f64 = 0.85;
 /// The places of photos that are left out at which the loss is measured, and the longer side of pictures there.
 const LOSS_PLACES: usize = 6;
@@ -106,7 +108,7 @@ impl<'a> Publication<'a> {
             let [width, height] = published_size([camera.width, camera.height], self.options.longest);
             f64::from(width) * f64::from(height)
         };
-        let budget = FOR_PHOTOS * self.options.budget as f64;
+        let budget = FOR_PHOTOS * (self.options.budget as f64 - WITHOUT_PHOTOS).max(0.0);
         if self.ids.iter().map(pixels).sum::<f64>() * MOST_BYTES_PER_PIXEL <= budget {
             return Ok(());
         }
