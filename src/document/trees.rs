@@ -35,7 +35,7 @@ pub struct TreeSpecies {
     pub from: PlantSource,
     /// What is up in the plant's frame, in place of what its file says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<UpAxis>,
+    pub up: Option<PlantAxis>,
     /// The length of the plant's unit in units of the world, in place of what its file says in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<f64>,
@@ -64,7 +64,7 @@ pub struct Grown {
 
 /// An axis of a plant's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum UpAxis {
+pub enum PlantAxis {
     /// x.
     #[serde(rename = "x")]
     X,
@@ -85,7 +85,7 @@ pub enum UpAxis {
     MinusZ,
 }
 
-impl UpAxis {
+impl PlantAxis {
     /// All axes, in the order of the command line's help.
     pub const ALL: [Self; 6] = [Self::X, Self::Y, Self::Z, Self::MinusX, Self::MinusY, Self::MinusZ];
 
@@ -405,7 +405,7 @@ mod tests {
         let trees = example();
         assert_eq!(trees.problem(), None);
         assert_eq!(trees.species["maple"].from, PlantSource::Maple(Grown { seed: Some(7) }));
-        assert_eq!(trees.species["plane"].up, Some(UpAxis::Y));
+        assert_eq!(trees.species["plane"].up, Some(PlantAxis::Y));
         let text = serde_json::to_string(&trees).unwrap();
         assert_eq!(serde_json::from_str::<Trees>(&text).unwrap(), trees);
         assert_eq!(serde_json::to_string(&Trees::default()).unwrap(), "{}");

@@ -221,7 +221,7 @@ mod tests {
     use quadratura_base::geometry::Similarity;
     use quadratura_base::scene::FaceIndex;
     use quadratura_document::PageDecisions;
-    use quadratura_document::trees::{PlacedTree, PlantSource, TreeSpecies, Trees, UpAxis};
+    use quadratura_document::trees::{PlacedTree, PlantAxis, PlantSource, TreeSpecies, Trees};
     use quadratura_document::{ColourDecisions, Decisions, Masks, PhotoDecisions};
     use quadratura_layers::fill::FillOptions;
     use quadratura_layers::{Faces, Options};
@@ -262,7 +262,7 @@ mod tests {
 
     fn trees() -> Trees {
         let species =
-            TreeSpecies { from: PlantSource::File("../elm.glb".into()), up: Some(UpAxis::Y), unit: None };
+            TreeSpecies { from: PlantSource::File("../elm.glb".into()), up: Some(PlantAxis::Y), unit: None };
         let tree = PlacedTree {
             name: "elm_1".into(),
             species: "elm".into(),

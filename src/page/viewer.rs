@@ -6,7 +6,7 @@ pub type Source = (&'static str, &'static str);
 
 /// What shows a kind of page, beside what all pages share.
 #[derive(Debug, Clone, Copy)]
-pub struct Viewer {
+pub struct PageViewer {
     /// The page, a template.
     pub index: &'static str,
     /// The style.
@@ -31,7 +31,7 @@ const SHARED_SHADERS: &[Source] =
 const SHARED_STYLE: &str = include_str!("common/base.css");
 
 /// The viewer of sites.
-pub const SITE: Viewer = Viewer {
+pub const SITE: PageViewer = PageViewer {
     index: include_str!("viewer/index.html"),
     style: include_str!("viewer/viewer.css"),
     scripts: &[
@@ -67,7 +67,7 @@ pub const SITE: Viewer = Viewer {
     ],
 };
 
-impl Viewer {
+impl PageViewer {
     /// Returns the names and contents of the files of the viewer: scripts in `code`, in the order in which a page names them, and the
     /// style.
     pub fn files(&self) -> Vec<(String, String)> {
@@ -112,7 +112,7 @@ fn without_indents(source: &str) -> String {
 ///
 /// # Panics
 /// Where one has more than 250 lines, or all together more than 120 kB.
-pub fn assert_small(viewer: &Viewer) {
+pub fn assert_small(viewer: &PageViewer) {
     let sources = SHARED_SCRIPTS.iter().chain(SHARED_SHADERS).chain(viewer.scripts).chain(viewer.shaders);
     for (name, source) in sources {
         let lines = source.lines().count();

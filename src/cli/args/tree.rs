@@ -8,7 +8,7 @@ use super::number::{degrees, whole};
 use super::one_of::one_of;
 use super::{PhotoArgs, PictureArgs, TreeExportArgs, TreeImportArgs};
 use crate::view_args::OnOff;
-use quadratura_document::trees::UpAxis;
+use quadratura_document::trees::PlantAxis;
 use quadratura_import::cameras::accepted;
 
 #[derive(Debug, Args)]
@@ -128,7 +128,7 @@ pub struct TreeSpeciesArgs {
     pub seed: Option<u64>,
     /// What is up in the plant's frame [default: as its file says]
     #[arg(long, value_name = "AXIS", value_parser = one_of(AXES), allow_hyphen_values = true, requires = "from")]
-    pub up: Option<UpAxis>,
+    pub up: Option<PlantAxis>,
     /// The length of the plant's unit in world units [default: as its file says in metres]
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = length)]
     pub unit: Option<f64>,
@@ -138,13 +138,13 @@ pub struct TreeSpeciesArgs {
 }
 
 /// What is up in a plant's frame.
-const AXES: &[(&str, UpAxis, &str)] = &[
-    ("x", UpAxis::X, ""),
-    ("y", UpAxis::Y, ""),
-    ("z", UpAxis::Z, ""),
-    ("-x", UpAxis::MinusX, ""),
-    ("-y", UpAxis::MinusY, ""),
-    ("-z", UpAxis::MinusZ, ""),
+const AXES: &[(&str, PlantAxis, &str)] = &[
+    ("x", PlantAxis::X, ""),
+    ("y", PlantAxis::Y, ""),
+    ("z", PlantAxis::Z, ""),
+    ("-x", PlantAxis::MinusX, ""),
+    ("-y", PlantAxis::MinusY, ""),
+    ("-z", PlantAxis::MinusZ, ""),
 ];
 
 /// Where and how large trees are.

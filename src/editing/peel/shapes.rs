@@ -73,7 +73,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<PeelShape> {
         .collect();
     let (photo, camera) = (&stack.photo, &stack.camera);
     let scenery = PartSource { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
-    let view = PhotoView::from_stack(stack);
+    let view = PhotoCamera::from_stack(stack);
     let mut shapes = Vec::new();
     for (layer, image_layer) in stack.numbered_layers() {
         for &element in &image_layer.elements {
@@ -133,12 +133,12 @@ fn shared_edges(outlines: &[Vec<DVec3>]) -> BTreeMap<EdgeKey, u32> {
 }
 
 /// The photo's camera.
-struct PhotoView {
+struct PhotoCamera {
     camera: Pinhole,
     pose: Pose,
 }
 
-impl PhotoView {
+impl PhotoCamera {
     fn from_stack(stack: &Stack) -> Self {
         let (camera, pose) = camera_of(&stack.photo, &stack.camera);
         Self { camera, pose }

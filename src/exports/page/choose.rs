@@ -26,7 +26,7 @@ pub fn shown(parts: &SiteParts, surface: &ModelSurface, ids: &[PhotoId], up: DVe
     };
     let places: Vec<DVec3> = centres.iter().copied().chain(centres.iter().filter_map(between)).collect();
     let from = |place: &DVec3| -> Vec<ShownBy> {
-        let shown_by = |seen: super::safe::SeenPoint| {
+        let shown_by = |seen: super::safe::VisiblePoint| {
             let mut best = ShownBy::new();
             for server in seen.servers(parts) {
                 let Ok(number) = ids.binary_search(&server.photo) else { continue };

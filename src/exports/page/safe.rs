@@ -75,7 +75,7 @@ pub fn half_trust(trust: &[u8], size: [usize; 2]) -> Vec<u8> {
 }
 
 /// A point of the model that is seen from a place.
-pub struct SeenPoint {
+pub struct VisiblePoint {
     /// The point, in world coordinates.
     pub point: DVec3,
     face: FaceId,
@@ -83,7 +83,7 @@ pub struct SeenPoint {
     back: bool,
 }
 
-impl SeenPoint {
+impl VisiblePoint {
     /// Returns what may show the point.
     pub fn servers<'a>(&self, parts: &'a SiteParts) -> impl Iterator<Item = &'a Server> {
         let back = self.back;
@@ -92,7 +92,7 @@ impl SeenPoint {
 }
 
 /// Returns what is seen of the model from a place, in directions all around.
-pub fn seen_from(parts: &SiteParts, surface: &ModelSurface, up: DVec3, place: DVec3) -> Vec<SeenPoint> {
+pub fn seen_from(parts: &SiteParts, surface: &ModelSurface, up: DVec3, place: DVec3) -> Vec<VisiblePoint> {
     let (a, b) = up.any_orthonormal_pair();
     let directions = (0..AROUND).flat_map(|turn| {
         let angle = f64::from(turn) / f64::from(AROUND) * std::f64::consts::TAU;
@@ -102,7 +102,7 @@ pub fn seen_from(parts: &SiteParts, surface: &ModelSurface, up: DVec3, place: DV
         let hit = surface.nearest(place, direction)?;
         let point = place + direction * hit.t;
         let normal = parts.skirts.model.face(hit.face).plane.normal;
-        Some(SeenPoint { point, face: hit.face, back: normal.dot(place - point) < 0.0 })
+        Some(VisiblePoint { point, face: hit.face, back: normal.dot(place - point) < 0.0 })
     };
     directions.filter_map(seen).collect()
 }
@@ -175,7 +175,7 @@ impl SafeSearch<'_> {
     /// Returns the share of what is seen from a place, in all directions, that photos show well enough.
     fn shown_well(&self, place: DVec3) -> f64 {
         let seen = seen_from(self.parts, self.surface, self.up, place);
-        let is_well = |seen: &&SeenPoint| {
+        let is_well = |seen: &&VisiblePoint| {
             let mut servers = seen.servers(self.parts);
             servers
                 .any(|server| self.penalty(server, seen.point, place).is_some_and(|penalty| penalty < WELL))

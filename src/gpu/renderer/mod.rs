@@ -39,7 +39,7 @@ use agreement::AgreementTexture;
 use bounds::StoredBounds;
 use grids::FaceGrids;
 use plants::{Plants, SampledProgram, TreeProgram};
-use prepared::{Prepared, Shown};
+use prepared::{DrawnSurfaces, Prepared};
 use program::{Program, SiteFeatures};
 use project::{Pass, Passes};
 use render_target::{FLAT_LINEAR, RenderTarget, TargetKey};
@@ -293,7 +293,7 @@ impl Renderer {
         shot: &Shot,
         side_px: u32,
         exposure: Option<&ViewExposure>,
-        shown: Shown,
+        shown: DrawnSurfaces,
         task: &Task,
     ) -> Result<Prepared> {
         self.face(shot);
@@ -370,7 +370,7 @@ impl Renderer {
         }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
-            let prepared = self.prepare(shot, side_px, exposure, Shown::Nearest, task)?;
+            let prepared = self.prepare(shot, side_px, exposure, DrawnSurfaces::Nearest, task)?;
             let casts = self.cast_shadows(whole, task)?;
             task.timed("draw", || {
                 let program = Program::new(shot, &self.features(prepared.undoes_optics)).with_shadows(casts);

@@ -14,7 +14,7 @@ use super::pipeline::{PipelineDescription, SURFACES};
 use super::program::Program;
 use super::project::{Pass, Passes, source};
 use super::render_target::{self, COLOR, FACES, RenderTarget, TargetKey};
-use super::{Prepared, Renderer, Shown};
+use super::{DrawnSurfaces, Prepared, Renderer};
 use crate::device::Gpu;
 use crate::drawing::DEPTH;
 use quadratura_base::error::Result;
@@ -185,7 +185,7 @@ impl Renderer {
         self.face(shot);
         let (_, exposure) = self.cells_and_exposure(shot, side_px, None);
         let exposure = ViewExposure { lens: ViewLens::default(), ..exposure };
-        self.prepare(shot, side_px, Some(&exposure), Shown::All, task)
+        self.prepare(shot, side_px, Some(&exposure), DrawnSurfaces::All, task)
     }
 }
 

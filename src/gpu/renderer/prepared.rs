@@ -2,7 +2,7 @@
 
 /// What is drawn of a view's surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shown {
+pub(super) enum DrawnSurfaces {
     /// The nearest ones.
     Nearest,
     /// All, layer by layer.

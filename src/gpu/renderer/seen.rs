@@ -6,7 +6,7 @@ use super::frame::StoredDepths;
 use super::program::Program;
 use super::render_target::{self, RenderTarget, TargetKey};
 use super::tables::TableData;
-use super::{LEAST_CELL_PX, Prepared, Renderer, Shown};
+use super::{DrawnSurfaces, LEAST_CELL_PX, Prepared, Renderer};
 use crate::device::Gpu;
 use quadratura_base::error::Result;
 use quadratura_base::scene::{FaceId, Model};
@@ -32,7 +32,7 @@ impl Renderer {
             let ready = self.ready.as_ref().filter(|(of, _)| of == shot).map(|(_, prepared)| *prepared);
             let prepared = match ready {
                 Some(prepared) => prepared,
-                None => self.prepare(shot, self.cell_px(shot), None, Shown::Nearest, task)?,
+                None => self.prepare(shot, self.cell_px(shot), None, DrawnSurfaces::Nearest, task)?,
             };
             let seen = Program::of_seen_faces(shot, &self.features(false));
             self.draw(&of_seen(shot), [Program::Faces, seen], &prepared, task)?;

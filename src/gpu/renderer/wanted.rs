@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::bounds::{LikelyBounds, StoredBounds};
 use super::frame::StoredDepths;
 use super::seen;
-use super::{Prepared, Renderer, Shown};
+use super::{DrawnSurfaces, Prepared, Renderer};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
 use quadratura_base::scene::{FaceId, Model};
@@ -51,11 +51,11 @@ impl Renderer {
         shot: &Shot,
         mut cells: Cells,
         leaning: &[f64],
-        shown: Shown,
+        shown: DrawnSurfaces,
         task: &Task,
     ) -> Result<Cells> {
         let of_frustum = self.without_skirts(shot, wants(&cells.candidates, &self.sources));
-        if shown == Shown::All || self.store(shot).holds(&of_frustum) {
+        if shown == DrawnSurfaces::All || self.store(shot).holds(&of_frustum) {
             task.timed("tiles", || self.store_mut(shot).load(&of_frustum, task))?;
             return Ok(cells);
         }

@@ -17,7 +17,7 @@ use quadratura_page::chunk::Chunk;
 use quadratura_page::html::{escaped, filled};
 use quadratura_page::pictures::{jpeg, small_jpeg};
 use quadratura_page::place;
-use quadratura_page::viewer::Viewer;
+use quadratura_page::viewer::PageViewer;
 use quadratura_view::Picture;
 
 pub use quadratura_page::place::{PageFile, PagePlace, place_of_page};
@@ -42,7 +42,7 @@ const VERSION: u32 = 2;
 const CHUNK: &str = "photo";
 
 /// The viewer of one layered depth image.
-const VIEWER: Viewer = Viewer {
+const VIEWER: PageViewer = PageViewer {
     index: include_str!("viewer/index.html"),
     style: include_str!("viewer/viewer.css"),
     scripts: &[
