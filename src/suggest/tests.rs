@@ -325,9 +325,11 @@ fn without_tracks_and_with_wild_observations_fewer_faces_are_suggested() {
 
 #[test]
 fn walls_tell_up_where_cameras_disagree() {
-    let found = suggested(&Invented::court().rolled(0.05));
-    let tilt = found.up.angle_between(DVec3::Z).to_degrees();
-    assert!(tilt < 0.5, "up is {tilt} degrees off, of cameras rolled by 3");
+    for by in [3.0f64, 11.0] {
+        let found = suggested(&Invented::court().rolled(by.to_radians()));
+        let tilt = found.up.angle_between(DVec3::Z).to_degrees();
+        assert!(tilt < 0.5, "up is {tilt} degrees off, of cameras rolled by {by}");
+    }
 }
 
 #[test]
