@@ -14,7 +14,7 @@ import tempfile
 import urllib.parse
 
 from browser import Browser
-from likeness import likeness
+from likeness import largest_changes, likeness, read_png, where_opaque
 from pages import Handler, accessibility, expect, faults, from_disk_and_over_http, in_a_headset, local, opened, served
 
 # Frames on the processor take long, and other work may go on beside.
@@ -121,28 +121,50 @@ def lost_context(browser, base):
     expect("graphics" in said, f"a lost device is said: {said}")
 
 
+# What views of the page have to show of what `render` shows, in dB: pictures, kind of views, the least and the mean.
+LIKENESSES = [("raw", "between", 35.0, 39.0), ("raw", "own", 38.0, 38.0), ("full", "between", 30.0, 35.0)]
+
+
+def shows(browser, page, views):
+    """Draws views exactly; yields each with the file of its picture."""
+    shown = os.path.join(tempfile.gettempdir(), f"page-{os.getpid()}.png")
+    for number, view in enumerate(views):
+        browser.resize(*view["size"])
+        if not number:
+            opened(browser, local(page) + "#exact=" + urllib.parse.quote(json.dumps(view)))
+            browser.wait("Boolean(quadratura.drawExactly)")
+        browser.evaluate(f"quadratura.drawExactly(quadratura.exactView({json.dumps(view)}), quadratura.FINEST)")
+        browser.picture(shown)
+        yield view, shown
+
+
+def views_of(expected, pictures, kind):
+    """The views of a kind that have pictures, as the page takes them, and the function that gives a view's picture."""
+    as_taken = {"exposure": "raw", "around": False} if pictures == "raw" else {}
+    picture_of = lambda view: os.path.join(expected, pictures, view["name"] + ".png")
+    views = [view | as_taken for view in json.load(open(os.path.join(expected, "views.json"))) if view["kind"] == kind]
+    return [view for view in views if os.path.exists(picture_of(view))], picture_of
+
+
 def likenesses(browser, page, expected):
-    views = json.load(open(os.path.join(expected, "views.json")))
-    found = []
-    for kind, least, mean in [("raw", 35.0, 39.0), ("full", 30.0, 35.0)]:
-        for view in views:
-            picture = os.path.join(expected, kind, view["name"] + ".png")
-            if not os.path.exists(picture):
-                continue
-            exact = dict(view, exposure="raw", around=False) if kind == "raw" else view
-            browser.resize(*view["size"])
-            if not found or found[-1][0] != kind:
-                opened(browser, local(page) + "#exact=" + urllib.parse.quote(json.dumps(exact)))
-                browser.wait("Boolean(quadratura.drawExactly)")
-            browser.evaluate(f"quadratura.drawExactly(quadratura.exactView({json.dumps(exact)}), quadratura.FINEST)")
-            shown = os.path.join(tempfile.gettempdir(), f"page-{os.getpid()}.png")
-            browser.picture(shown)
-            value = likeness(picture, shown)
-            found.append((kind, value))
-            print(f"      {kind} {view['name']}: {value:.1f} dB", flush=True)
-        values = [value for of, value in found if of == kind]
-        if values and least:
-            expect(min(values) >= least and sum(values) / len(values) >= mean, f"{kind}: {sum(values) / len(values):.1f} dB, worst {min(values):.1f}")
+    for pictures, kind, least, mean in LIKENESSES:
+        views, picture_of = views_of(expected, pictures, kind)
+        found = [likeness(picture_of(view), shown) for view, shown in shows(browser, page, views)]
+        named = ", ".join(f"{view['name']} {value:.1f}" for view, value in zip(views, found))
+        if found:
+            expect(min(found) >= least and sum(found) / len(found) >= mean,
+                   f"{pictures}, {kind}: {sum(found) / len(found):.1f} dB, worst {min(found):.1f} ({named})")
+    browser.resize(*SMALL)
+
+
+def nothing_pops(browser, page, expected):
+    """From step to step of a walk no pixel changes much more than where the program renders it."""
+    views, picture_of = views_of(expected, "raw", "step")
+    if not views:
+        return
+    of_page = largest_changes(where_opaque(read_png(picture_of(view))[2], read_png(shown)[2]) for view, shown in shows(browser, page, views))
+    of_program = largest_changes(read_png(picture_of(view))[2] for view in views)
+    expect(max(of_page) <= 1.5 * max(of_program), f"a step changes a value by at most {max(of_page)} of 255; rendered, by {max(of_program)}")
     browser.resize(*SMALL)
 
 
@@ -184,6 +206,7 @@ def main(page, chromium, expected=None, axe=None, emulator=None):
             expect(min(sum(halves[:3]), sum(halves[4:7])) > 30, f"both eyes see something: {halves}")
         if expected:
             likenesses(browser, page, expected)
+            nothing_pops(browser, page, expected)
     return 1 if faults else 0
 
 

@@ -53,3 +53,21 @@ def likeness(expected, shown):
             total += (a[at] - b[at]) ** 2 + (a[at + 1] - b[at + 1]) ** 2 + (a[at + 2] - b[at + 2]) ** 2
             count += 3
     return 10 * math.log10(255 ** 2 * count / max(total, 1))
+
+
+def where_opaque(expected, shown):
+    """Returns the colours of RGBA bytes with the opacity of others."""
+    found = bytearray(shown)
+    found[3::4] = expected[3::4]
+    return bytes(found)
+
+
+def largest_changes(pictures):
+    """Returns by how much a value of RGB changes from each picture of RGBA bytes to the next, at most; transparent pixels say nothing."""
+    before, found = None, []
+    for after in pictures:
+        if before:
+            pairs = zip(*(values[i::4] for values in (before, after) for i in range(4)))
+            found.append(max(max(abs(a - e), abs(b - f), abs(c - g)) for a, b, c, d, e, f, g, h in pairs if d == h == 255))
+        before = after
+    return found
