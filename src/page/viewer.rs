@@ -43,6 +43,7 @@ pub const SITE: PageViewer = PageViewer {
         ("levels.js", include_str!("viewer/levels.js")),
         ("textures.js", include_str!("viewer/textures.js")),
         ("tables.js", include_str!("viewer/tables.js")),
+        ("meter.js", include_str!("viewer/meter.js")),
         ("painter.js", include_str!("viewer/painter.js")),
         ("ground.js", include_str!("viewer/ground.js")),
         ("walk.js", include_str!("viewer/walk.js")),
@@ -56,6 +57,7 @@ pub const SITE: PageViewer = PageViewer {
     shaders: &[
         ("weights", include_str!("viewer/weights.glsl")),
         ("tables", include_str!("viewer/tables.glsl")),
+        ("meter", include_str!("viewer/meter.glsl")),
         ("texels", include_str!("viewer/texels.glsl")),
         ("blend", include_str!("viewer/blend.glsl")),
         ("around", include_str!("viewer/around.glsl")),
@@ -95,10 +97,14 @@ impl PageViewer {
     }
 }
 
-/// Returns a source without lines of comments: every visitor would load them.
+/// Returns a source without lines of comments and with a tab for two blanks of indent: every visitor loads them.
 fn without_comments(source: &str) -> String {
     let lines = source.lines().filter(|line| !line.trim_start().starts_with("//"));
-    lines.map(|line| format!("{line}\n")).collect()
+    let indented = |line: &str| {
+        let text = line.trim_start_matches(' ');
+        format!("{}{text}\n", "\t".repeat((line.len() - text.len()).div_ceil(2)))
+    };
+    lines.map(indented).collect()
 }
 
 /// Returns a shader without comments and indents, which nobody reads within a line of a script.

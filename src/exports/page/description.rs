@@ -1,5 +1,6 @@
 //! The description of a page: what `data/site.js` gives the viewer before anything else.
 
+use super::meter::DescribedMeter;
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
@@ -62,6 +63,8 @@ pub struct DescribedExposure {
     pub rule: &'static str,
     /// Whether views are darker towards their corners, as the photos near them.
     pub keeps_vignetting: bool,
+    /// The model of metering, where exposures followed meters.
+    pub meter: Option<DescribedMeter>,
 }
 
 /// A page of tiles.

@@ -24,6 +24,7 @@ mod description;
 mod dome;
 mod geometry;
 mod labels;
+mod meter;
 pub mod options;
 mod photo;
 mod photos;

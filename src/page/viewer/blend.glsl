@@ -1,6 +1,5 @@
 // The four best photos of a pixel, and their colours, which are looked up when it is known which they are.
 
-const float WHITE_FROM = 0.88, WHITE_CERTAIN = 0.97;
 const int BEST = 4;
 
 struct Best {
@@ -49,21 +48,6 @@ void fewer(inout Best best) {
 float share_of(Best best, int i) {
     // Scaled by the least penalty, so that no square overflows.
     return best.q[i] >= INFINITE ? 0.0 : raw_weight(best.q[i] / best.q[0], best.next / best.q[0]);
-}
-
-// Removes what the photo's camera adds and takes, and exposes as the view.
-vec3 exposed(Camera photo, Look look, vec4 texel, vec2 px) {
-    vec2 from_axis = px - look.optics.xy;
-    float r2 = dot(from_axis, from_axis);
-    vec3 light = texel.rgb;
-    if (photo.size.w != 0.0) light = max(light - photo.size.w * texel.a, min(light, vec3(1.5e-4 * texel.a)));
-    return light * exp(-(look.optics.z + look.optics.w * r2) * r2) * (look.gain.rgb * lens_here());
-}
-
-// What is stored as white, which was at least as bright, stays so.
-vec3 kept_white(vec4 texel, vec3 light) {
-    float darkest = min(min(texel.r, texel.g), texel.b) / max(texel.a, 1e-3);
-    return light + smoothstep(WHITE_FROM, WHITE_CERTAIN, darkest) * max(texel.rgb - light, vec3(0.0));
 }
 
 // The movement of a photo's position for a step of the point.

@@ -1,4 +1,4 @@
-// The exposure of a view: a blend of the photos' exposures by nearness, so that a photo's own camera has the photo's.
+// The exposure of a view: that of the photos that it shows (meter.js), or a blend of the photos' by nearness; so a photo's own camera has the photo's.
 quadratura.exposure = (() => {
   "use strict";
   const { sub, distance, row, rotated, rotatedBack, smooth, length } = quadratura.math;
@@ -9,6 +9,8 @@ quadratura.exposure = (() => {
   const AWAY = 0.1, BEYOND = 0.1;
   // The share of a view from which on a photo's own exposure counts under any rule.
   const OWN_FROM = 0.9;
+  // The standard deviations beyond which a meter sees nothing (projection::exposure::meter).
+  const REACH = 3;
 
   // The distance of a photo from a view, in radians: its movement as seen at the distance `reach`, and its turn.
   function apart(view, photo, reach) {
@@ -51,16 +53,50 @@ quadratura.exposure = (() => {
     }, [0, 0, 0]);
   }
 
-  // Returns the factors on photos, on light in the common exposure and on the sky, the falloff of the view, and how far it has left each photo.
-  function of(view, site, rule = site.exposure.rule) {
+  // Reads the points of the meter: position, area times normal, and the photos that see it with the light there.
+  function readMeter(site, numbers) {
+    const points = [];
+    for (let at = 0; at < numbers.length;) {
+      const [position, area] = [numbers.slice(at, at + 3), numbers.slice(at + 3, at + 6)], seen = [];
+      let [light, count] = [0, numbers[at + 6]];
+      for (at += 7; seen.length < count; at += 2) { seen.push(numbers[at]); light += numbers[at + 1] / count; }
+      points.push({ position, area, seen, light });
+    }
+    if (site.exposure.meter) Object.assign(site.exposure.meter, { points });
+  }
+
+  // How much brighter than the photos near it, with these shares, a meter in the view would read the site; or than usual. Where
+  // photos' exposures followed their meters, so does that of the view.
+  function brighter(view, { meter }, near, thanUsual) {
+    const all = near.reduce((a, b) => a + b, 0), mean = (values) => near.reduce((sum, share, i) => sum + share * values[i], 0) / all;
+    const [right, down] = meter.support, lowest = Math.exp(-0.5 * REACH * REACH), usual = mean(meter.usual);
+    let [light, weight] = [meter.least * Math.exp(usual), meter.least];
+    for (const { position, area, seen, light: own } of meter.points) {
+      const towards = sub(view.eye, position), [x, y, z] = rotated(view.rotation, towards).map((value) => -value);
+      const squared = (x / (z * right)) ** 2 + (y / (z * down)) ** 2;
+      if (z <= 0 || squared >= REACH * REACH) continue;
+      const size = Math.min(Math.max(quadratura.math.dot(area, towards) / z ** 3, 0), right * down);
+      const w = (Math.exp(-0.5 * squared) - lowest) * size * seen.reduce((sum, i) => sum + near[i] / all, 0);
+      light += w * own;
+      weight += w;
+    }
+    return Math.log(light / weight) - (thanUsual ? usual : mean(meter.readings));
+  }
+
+  // Returns, from the exposure that was read of the view or by nearness, the factors on photos, on light in the common exposure and on the sky, the falloff of the view, and how far it has left each photo.
+  function of(view, site, rule = site.exposure.rule, metered = null) {
     const { photos } = site, scale = Math.max(site.surroundings_scale, 1e-300);
     const near = shares(view, photos, scale);
     const mean = (value, c) => near.reduce((sum, share, i) => sum + share * value(photos[i], c), 0);
     const all = { left: photos.map((photo) => left(view, photo, scale)), skyShare: 1, falloff: [0, 0, 0] };
     if (rule === "raw") return { ...all, isRaw: true, factors: photos.map(() => [1, 1, 1]), ofCommon: [1, 1, 1], ofSky: [1, 1, 1], skyShare: 0 };
-    let own = [0, 1, 2].map((c) => mean((photo) => photo.gain[c], c));
-    if (rule === "common") {
-      own = [0, 1, 2].map((c) => near.reduce((sum, share, i) => sum + smooth((share - OWN_FROM) / (1 - OWN_FROM)) * photos[i].gain[c], 0));
+    let own = metered || [0, 1, 2].map((c) => mean((photo) => photo.gain[c], c));
+    const { meter } = site.exposure, follow = (than) => (meter ? meter.follows.map((follows) => -follows * than) : [0, 0, 0]);
+    if (rule === "common" || rule === "metered") {
+      const base = follow(rule === "metered" && meter ? brighter(view, site.exposure, near, true) : 0);
+      own = base.map((by, c) => near.reduce((sum, share, i) => sum + smooth((share - OWN_FROM) / (1 - OWN_FROM)) * (photos[i].gain[c] - by), by));
+    } else {
+      own = quadratura.math.add(own, follow(meter ? brighter(view, site.exposure, near, false) : 0));
     }
     return {
       ...all,
@@ -71,5 +107,5 @@ quadratura.exposure = (() => {
     };
   }
 
-  return { of, apart };
+  return { of, apart, readMeter };
 })();

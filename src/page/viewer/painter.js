@@ -27,6 +27,7 @@ quadratura.painter = (() => {
       this.textures = new quadratura.textures.Textures(this.gl, site, this.reducer, this.changed);
       this.tables = new quadratura.tables.Tables(this.gl, site, geometry, parts);
       this.lists = new quadratura.lists.Lists(site, geometry);
+      this.meter = new quadratura.meter.Meter(this.gl, site);
       this.loadSheets(sheets);
       this.loadCorners();
     }
@@ -55,6 +56,7 @@ quadratura.painter = (() => {
         const grid = Math.floor(i / 1024), cell = i % 1024, x = grid % 16 * 32 + cell % 32, y = Math.floor(grid / 16) * 32 + Math.floor(cell / 32);
         for (let c = 0; c < 3; c++) sky[4 * (y * 512 + x) + c] = logs[3 * i + c] / 4096;
       }
+      quadratura.exposure.readMeter(this.site, numbers(Float32Array, sheets.meter));
       this.sky = this.sheet(gl.RGBA16F, gl.RGBA, gl.FLOAT, 512, 32 * rows, sky);
       this.dome = gl.createTexture();
     }
@@ -154,12 +156,12 @@ quadratura.painter = (() => {
       if (isNew) this.tables.writePatches(this.lists);
       this.tables.writeLists(this.lists);
       this.tables.writeSurfaces(view.eye);
-      this.exposure = quadratura.exposure.of(view, this.site, view.exposure);
+      const near = this.nearOf(view), nearer = near * (1 + TOLERANCE);
+      this.exposure = quadratura.exposure.of(view, this.site, view.exposure, this.meter.of(view, this, { near, nearer, around, now }));
       this.tables.writePhotos(view.eye, this.exposure, this.textures, now);
-      const near = this.nearOf(view);
       this.target.begin();
       this.bindTextures();
-      const set = (which, nearer) => this.use(which, view, nearer, around);
+      const set = (which, plane) => this.use(which, view, plane, around);
       gl.enable(gl.DEPTH_TEST);
       gl.depthFunc(gl.LEQUAL);
       gl.disable(gl.BLEND);
@@ -169,7 +171,7 @@ quadratura.painter = (() => {
       gl.drawArrays(gl.TRIANGLES, 0, this.opaqueCorners);
       gl.colorMask(true, true, true, true);
       gl.depthMask(false);
-      set(this.opaque, near * (1 + TOLERANCE));
+      set(this.opaque, nearer);
       gl.drawArrays(gl.TRIANGLES, 0, this.opaqueCorners);
       if (view.around !== false) {
         set(this.behind, near);
@@ -224,6 +226,7 @@ quadratura.painter = (() => {
       gl.uniform3fv(u.eye_high, high);
       gl.uniform3fv(u.eye_low, low);
       gl.uniform1f(u.near, near);
+      gl.uniform1f(u.finer, view.finer || 1);
       gl.uniform1i(u.at_infinity, 0);
       gl.uniform3fv(u.falloff, this.exposure.falloff);
       gl.uniform1f(u.lambda, this.site.blend.lambda);

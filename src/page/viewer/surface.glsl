@@ -74,7 +74,7 @@ void main() {
     vec3 ray_x = right / lens.x, ray_y = down / lens.y;
     vec3 dx = depth * (ray_x - ray * (dot(normal, ray_x) / facing));
     vec3 dy = depth * (ray_y - ray * (dot(normal, ray_y) / facing));
-    float in_view = lens.x * lens.y * abs(plane.w) / (depth * depth * depth);
+    float in_view = finer * lens.x * lens.y * abs(plane.w) / (depth * depth * depth);
     bool from_behind = plane.w > 0.0;
     Grid relief = Grid(surface_word(1), surface_word(2), surface_word(3));
     bool has_relief = relief.place.z > 0.0;

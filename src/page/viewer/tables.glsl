@@ -6,6 +6,8 @@ uniform vec3 down;
 uniform vec3 forward;
 uniform vec4 lens;
 uniform vec2 view_size;
+// How many pixels of the view a pixel of this picture stands for.
+uniform float finer;
 // The falloff of the view's lens, by the squared tangent of the angle to the axis and by its square, and the largest such tangent.
 uniform vec3 falloff;
 // The weight of an octave in radians.

@@ -107,3 +107,21 @@ vec4 light_at(uint photo_number, Camera photo, float fine_share, uvec4 server, u
     }
     return vec4(light, 1.0);
 }
+
+// What is stored from the first of these shares of white on may be white, and is from the second on.
+const float WHITE_FROM = 0.88, WHITE_CERTAIN = 0.97;
+
+// Removes what the photo's camera adds and takes, and exposes as the view.
+vec3 exposed(Camera photo, Look look, vec4 texel, vec2 px) {
+    vec2 from_axis = px - look.optics.xy;
+    float r2 = dot(from_axis, from_axis);
+    vec3 light = texel.rgb;
+    if (photo.size.w != 0.0) light = max(light - photo.size.w * texel.a, min(light, vec3(1.5e-4 * texel.a)));
+    return light * exp(-(look.optics.z + look.optics.w * r2) * r2) * (look.gain.rgb * lens_here());
+}
+
+// What is stored as white, which was at least as bright, stays so.
+vec3 kept_white(vec4 texel, vec3 light) {
+    float darkest = min(min(texel.r, texel.g), texel.b) / max(texel.a, 1e-3);
+    return light + smoothstep(WHITE_FROM, WHITE_CERTAIN, darkest) * max(texel.rgb - light, vec3(0.0));
+}

@@ -24,7 +24,8 @@ quadratura.walkInHeadset = (() => {
       const { painter, site } = this.walker, column = (i) => [place[4 * i], place[4 * i + 1], place[4 * i + 2]];
       this.head = column(3);
       const rotation = [this.directed(column(0)), times(this.directed(column(1)), -1), times(this.directed(column(2)), -1)].flat();
-      const view = { ...lens, eye: this.placed(this.head), rotation };
+      // Both eyes have one exposure: that by nearness.
+      const view = { ...lens, eye: this.placed(this.head), rotation, isEye: true };
       painter.textures.want((i) => quadratura.exposure.apart(view, site.photos[i], Math.max(site.extent, 1e-6)));
       painter.drawOnTarget(view, 1, performance.now());
     }

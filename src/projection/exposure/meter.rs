@@ -40,25 +40,26 @@ pub struct Meter {
     points: Vec<LitPoint>,
     /// Standard deviations of the Gaussian across and down, as tangents.
     #[serde(rename = "spread")]
-    support: [f64; 2],
+    pub support: [f64; 2],
     /// The weight of the usual reading.
-    least: f64,
+    pub least: f64,
     /// The logarithm of the light that each photo's meter reads, in the common exposure.
-    readings: Vec<f64>,
+    pub readings: Vec<f64>,
     /// The mean reading of each photo's component.
-    usual: Vec<f64>,
+    pub usual: Vec<f64>,
     /// The decrease of gains per unit of increase of readings, R, G, B; 0 (not metered) to 1 (metered).
     pub follows: [f64; 3],
 }
 
 /// A surface point of known brightness.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct LitPoint {
-    position: DVec3,
+pub struct LitPoint {
+    /// The position, in world coordinates.
+    pub position: DVec3,
     /// The area of the surface that the point stands for, in square world units, times the unit normal.
-    area: DVec3,
+    pub area: DVec3,
     /// The photos that see the point, each with the mean light there in the common exposure.
-    seen: Vec<(u32, f64)>,
+    pub seen: Vec<(u32, f64)>,
 }
 
 impl LitPoint {
@@ -111,6 +112,11 @@ impl Meter {
             photos.iter().zip(&shares).map(|(p, shares)| meter.reading(&p.pose, shares)).collect();
         meter.follows = [0, 1, 2].map(|c| meter.slope(gains, c));
         meter
+    }
+
+    /// Returns the points.
+    pub fn points(&self) -> &[LitPoint] {
+        &self.points
     }
 
     /// Computes the correction of the gains of the photos near a view by the view's meter reading, R, G, B;
