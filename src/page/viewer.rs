@@ -91,14 +91,14 @@ impl PageViewer {
             .map(|(name, source)| format!("quadratura.shaders.{name} = {};\n", text(source)))
             .collect();
         let scripts = SHARED_SCRIPTS.iter().chain(self.scripts);
-        let mut code: Vec<_> = scripts.map(|(name, source)| (*name, without_comments(source))).collect();
+        let mut code: Vec<_> = scripts.map(|(name, source)| (*name, shortened(source))).collect();
         code.insert(1, ("shaders.js", format!("// The shaders of the viewer, one a line.\n{lines}")));
         code
     }
 }
 
 /// Returns a source without lines of comments and with a tab for two blanks of indent: every visitor loads them.
-fn without_comments(source: &str) -> String {
+fn shortened(source: &str) -> String {
     let lines = source.lines().filter(|line| !line.trim_start().starts_with("//"));
     let indented = |line: &str| {
         let text = line.trim_start_matches(' ');
@@ -109,7 +109,7 @@ fn without_comments(source: &str) -> String {
 
 /// Returns a shader without comments and indents, which nobody reads within a line of a script.
 fn without_indents(source: &str) -> String {
-    let source = without_comments(source);
+    let source = shortened(source);
     let lines = source.lines().map(str::trim).filter(|line| !line.is_empty());
     lines.map(|line| format!("{line}\n")).collect()
 }

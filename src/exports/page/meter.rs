@@ -24,12 +24,26 @@ pub struct DescribedMeter {
     usual: Vec<f64>,
 }
 
-/// Returns the meter and its points as numbers, for the photos of a page: for each its position less the origin, its area times its
-/// normal, and the number of photos that see it, then each photo with the light there. `None` where exposures followed no meter.
-pub fn described(meter: &Meter, ids: &[PhotoId], origin: DVec3) -> Option<(DescribedMeter, Vec<f32>)> {
-    let stride = meter.points().len().div_ceil(MOST_POINTS).max(1);
+/// Returns the model for the photos of a page; `None` where exposures followed no meter.
+pub fn described(meter: &Meter, ids: &[PhotoId]) -> Option<DescribedMeter> {
+    let of_photos = |values: &[f64]| ids.iter().map(|id| values[id.index()]).collect();
+    (meter.follows != [0.0; 3]).then(|| DescribedMeter {
+        support: meter.support,
+        least: meter.least / stride(meter) as f64,
+        follows: meter.follows,
+        readings: of_photos(&meter.readings),
+        usual: of_photos(&meter.usual),
+    })
+}
+
+/// Returns the points as numbers: for each its position less the origin, its area times its normal, and the number of photos of the
+/// page that see it, then each of these with the light there. Empty where exposures followed no meter.
+pub fn numbers(meter: &Meter, ids: &[PhotoId], origin: DVec3) -> Vec<f32> {
     let mut numbers = Vec::new();
-    for point in meter.points().iter().step_by(stride) {
+    if meter.follows == [0.0; 3] {
+        return numbers;
+    }
+    for point in meter.points().iter().step_by(stride(meter)) {
         let number = |photo: u32| ids.iter().position(|id| id.0 == photo);
         let seen: Vec<_> = point
             .seen
@@ -43,16 +57,10 @@ pub fn described(meter: &Meter, ids: &[PhotoId], origin: DVec3) -> Option<(Descr
             numbers.extend(seen.into_flattened());
         }
     }
-    let of_photos = |values: &[f64]| ids.iter().map(|id| values[id.index()]).collect();
-    let follows = meter.follows;
-    (!numbers.is_empty() && follows != [0.0; 3]).then(|| {
-        let described = DescribedMeter {
-            support: meter.support,
-            least: meter.least / stride as f64,
-            follows,
-            readings: of_photos(&meter.readings),
-            usual: of_photos(&meter.usual),
-        };
-        (described, numbers)
-    })
+    numbers
+}
+
+/// The page has one of so many points.
+fn stride(meter: &Meter) -> usize {
+    meter.points().len().div_ceil(MOST_POINTS).max(1)
 }

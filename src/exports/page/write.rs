@@ -9,7 +9,7 @@ use super::description::{
 use super::dome::dome;
 use super::geometry::{GeometryInputs, geometry, grids};
 use super::labels::ByteLabels;
-use super::meter::{DescribedMeter, described as described_meter};
+use super::meter;
 use super::options::{LeavingPhoto, PageOptions, PagePart, Published};
 use super::photo::composed;
 use super::photos::{IN_A_CHUNK, PackedPhoto, PhotoPacking, PhotoToPack};
@@ -233,14 +233,9 @@ impl<'a> PageWriter<'a> {
         let steps =
             of_photos.flat_map(|grid| grid.cells.iter().flatten().map(|log| (log / SKY_STEP).round() as i16));
         chunk.add_numbers("sky", steps.map(i16::to_le_bytes));
-        let meter = self.meter().map_or_else(Vec::new, |(_, numbers)| numbers);
-        chunk.add_numbers("meter", meter.into_iter().map(f32::to_le_bytes));
+        let points = meter::numbers(&self.parts.gains.meter, self.ids, self.origin);
+        chunk.add_numbers("meter", points.into_iter().map(f32::to_le_bytes));
         chunk
-    }
-
-    /// Returns the model of metering and its points, where exposures followed meters.
-    fn meter(&self) -> Option<(DescribedMeter, Vec<f32>)> {
-        described_meter(&self.parts.gains.meter, self.ids, self.origin)
     }
 
     fn describe(&self, written: &mut WrittenPhotos, preview: &Preview, task: &Task) -> PageDescription {
@@ -273,7 +268,7 @@ impl<'a> PageWriter<'a> {
             exposure: DescribedExposure {
                 rule: self.parts.gains.rule.name(),
                 keeps_vignetting: self.parts.gains.keeps_vignetting,
-                meter: self.meter().map(|(meter, _)| meter),
+                meter: meter::described(&self.parts.gains.meter, self.ids),
             },
             surroundings_scale: sources.surroundings_scale,
             photos: std::mem::take(&mut written.described),
