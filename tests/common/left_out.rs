@@ -68,12 +68,24 @@ pub fn castle() -> Option<PathBuf> {
 /// Chromium, by which pages are drawn. Where it is missing the test is left out.
 #[allow(dead_code)]
 pub fn chromium() -> Option<PathBuf> {
-    const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+    const NAMES: &[&str] = &["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+    installed(NAMES, "there is no Chromium, which `sh tests/editors.sh` installs")
+}
+
+/// Python, which drives browsers. Where it is missing the test is left out.
+#[allow(dead_code)]
+pub fn python() -> Option<PathBuf> {
+    installed(&["python3"], "there is no Python 3, which drives the browser")
+}
+
+/// Returns the first program that is there, by any of its names; without one, the test is left out.
+#[allow(dead_code)]
+fn installed(names: &[&str], why_left_out: &str) -> Option<PathBuf> {
     let paths: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
-    let files = paths.iter().flat_map(|path| NAMES.map(|name| path.join(name)));
-    let found = files.into_iter().find(|file| file.is_file());
+    let mut files = paths.iter().flat_map(|path| names.iter().map(|name| path.join(name)));
+    let found = files.find(|file| file.is_file());
     if found.is_none() {
-        leave_out("there is no Chromium, which `sh tests/editors.sh` installs");
+        leave_out(why_left_out);
     }
     found
 }

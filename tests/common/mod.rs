@@ -13,7 +13,7 @@ use quadratura::testing::scene::Site;
 use quadratura::testing::sites::photos::import_photos;
 
 #[allow(unused_imports)]
-pub use left_out::{castle, chromium};
+pub use left_out::{castle, chromium, python};
 
 /// A rasteriser on this machine's adapter; `None` where there is no adapter, and the test is left out.
 #[allow(dead_code)]

@@ -1,8 +1,8 @@
 //! Pages of layered depth images, drawn by a browser and compared with the warp that `ldi render` draws with.
 //!
-//! Needs Chromium, which `sh tests/editors.sh` installs; without it the test is left out.
+//! Needs Chromium, which `sh tests/editors.sh` installs, and Python; without them the test is left out.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common;
@@ -75,43 +75,20 @@ fn scene() -> Ldi {
 }
 
 /// Draws a page from a viewpoint, on the processor.
-///
-/// The browser's virtual time does not wait for what threads unpack, so on a busy machine it may be over before the page has drawn.
-/// The document, which is printed beside the picture, says whether it had; if not, the page is opened again.
-fn drawn(browser: &Path, page: &Path, at: DVec3) -> image::RgbImage {
-    const TRIES: usize = 5;
-    let shot = page.with_extension("png");
-    let mut said = String::new();
-    for _ in 0..TRIES {
-        said = opened(browser, page, at, &shot);
-        if said.contains("data-state=\"drawn\"") {
-            return image::open(shot).unwrap().to_rgb8();
-        }
-    }
-    panic!("the page was not drawn in {TRIES} tries; its document: {said}");
-}
-
-/// Opens a page at a viewpoint, takes its picture, and returns its document.
-fn opened(browser: &Path, page: &Path, at: DVec3, shot: &Path) -> String {
+fn drawn([browser, python]: &[PathBuf; 2], page: &Path, at: DVec3) -> image::RgbImage {
     let [width, height] = SIZE;
     let DVec3 { x, y, z } = at;
-    let output = Command::new(browser)
-        .args([
-            "--headless=new",
-            "--no-sandbox",
-            "--hide-scrollbars",
-            "--use-gl=angle",
-            "--use-angle=swiftshader",
-        ])
-        .args(["--enable-unsafe-swiftshader", "--force-device-scale-factor=1", "--virtual-time-budget=20000"])
-        .arg(format!("--user-data-dir={}", page.with_extension("profile").display()))
-        .arg(format!("--window-size={width},{height}"))
-        .args(["--dump-dom".to_owned(), format!("--screenshot={}", shot.display())])
+    let shot = page.with_extension("png");
+    let output = Command::new(python)
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/page/exact.py"))
+        .arg(browser)
         .arg(format!("file://{}/index.html#at={x},{y},{z}&size={width}x{height}", page.display()))
+        .args([width, height].map(|side| side.to_string()))
+        .arg(&shot)
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
+    image::open(shot).unwrap().to_rgb8()
 }
 
 /// Returns PSNR in dB over the pixels that the expected picture covers wholly, and their share.
@@ -127,7 +104,8 @@ fn psnr(seen: &image::RgbImage, expected: &[[u8; 4]]) -> (f64, f64) {
 
 #[test]
 fn a_page_shows_what_the_warp_shows_wherever_one_can_go() {
-    let Some(browser) = common::chromium() else { return };
+    let (Some(browser), Some(python)) = (common::chromium(), common::python()) else { return };
+    let programs = [browser, python];
     let folder = tempfile::tempdir().unwrap();
     let ldi = scene();
     let options = MeshOptions { quality: 95, ..MeshOptions::default() };
@@ -145,7 +123,7 @@ fn a_page_shows_what_the_warp_shows_wherever_one_can_go() {
     for at in offsets {
         let expected =
             warp(&ldi, &whole.shot(&ldi, at, SIZE), &WarpOptions::default(), &task).unwrap().picture;
-        let (found, share) = psnr(&drawn(&browser, &exported.path, at), expected.pixels());
+        let (found, share) = psnr(&drawn(&programs, &exported.path, at), expected.pixels());
         // The goal of pages; the JPEG alone leaves 43 to 46 dB of this scene.
         assert!(found >= 40.0 && share > 0.9, "{found:.1} dB over {share:.3} of the picture at {at}");
     }
