@@ -97,9 +97,10 @@ impl PageViewer {
     }
 }
 
-/// Returns a source without lines of comments and with a tab for two blanks of indent: every visitor loads them.
+/// Returns a source without lines of comments and empty ones, and with a tab for two blanks of indent: every visitor loads them.
 fn shortened(source: &str) -> String {
-    let lines = source.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let says_something = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");
+    let lines = source.lines().filter(says_something);
     let indented = |line: &str| {
         let text = line.trim_start_matches(' ');
         format!("{}{text}\n", "\t".repeat((line.len() - text.len()).div_ceil(2)))
@@ -109,9 +110,7 @@ fn shortened(source: &str) -> String {
 
 /// Returns a shader without comments and indents, which nobody reads within a line of a script.
 fn without_indents(source: &str) -> String {
-    let source = shortened(source);
-    let lines = source.lines().map(str::trim).filter(|line| !line.is_empty());
-    lines.map(|line| format!("{line}\n")).collect()
+    shortened(source).lines().map(|line| format!("{}\n", line.trim_start())).collect()
 }
 
 /// Checks that the sources of a viewer can be read, and are small enough to be sent.

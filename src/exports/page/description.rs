@@ -8,7 +8,7 @@ use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_document::CameraPath;
 
 /// The version of the format.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The description of a page.
 #[derive(Debug, Serialize)]
@@ -29,8 +29,8 @@ pub struct PageDescription {
     pub surroundings_scale: f64,
     /// The photos.
     pub photos: Vec<DescribedPhoto>,
-    /// The chunks of coarse photos.
-    pub far: Vec<String>,
+    /// The chunks of coarse photos, those near the start first.
+    pub far: Vec<DescribedFar>,
     /// The chunks of pages of hidden texels, and of layers that one sees through, with the numbers of rows.
     pub hidden: Vec<DescribedPage>,
     /// See [`Self::hidden`].
@@ -65,6 +65,37 @@ pub struct DescribedExposure {
     pub keeps_vignetting: bool,
     /// The model of metering, where exposures followed meters.
     pub meter: Option<DescribedMeter>,
+}
+
+/// A chunk of coarse photos.
+#[derive(Debug, Serialize)]
+pub struct DescribedFar {
+    /// The name of the chunk.
+    pub chunk: String,
+    /// The number of its first photo, from 0, and how many it has.
+    pub first: usize,
+    /// See [`Self::first`].
+    pub photos: usize,
+}
+
+impl DescribedFar {
+    /// Sorts chunks by how near their photos are to a view, by place (as a share of `extent`) and direction.
+    pub fn sort_by_nearness(
+        chunks: &mut [Self],
+        photos: &[DescribedPhoto],
+        view: &DescribedView,
+        extent: f64,
+    ) {
+        let ahead = |rotation: &[f64; 9]| DVec3::from_slice(&rotation[6..]);
+        let apart = |photo: &DescribedPhoto| {
+            let step = DVec3::from(photo.centre).distance(DVec3::from(view.centre)) / extent;
+            step.hypot(ahead(&photo.rotation).angle_between(ahead(&view.rotation)))
+        };
+        let nearest = |chunk: &Self| {
+            photos[chunk.first..][..chunk.photos].iter().map(apart).fold(f64::INFINITY, f64::min)
+        };
+        chunks.sort_by(|a, b| nearest(a).total_cmp(&nearest(b)));
+    }
 }
 
 /// A page of tiles.
@@ -165,4 +196,38 @@ impl DescribedTour {
 /// Returns a matrix by rows.
 pub fn by_rows(matrix: &DMat3) -> [f64; 9] {
     matrix.transpose().to_cols_array()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chunks_near_the_start_come_first() {
+        let photo = |x: f64| DescribedPhoto {
+            name: String::new(),
+            size: [3, 2],
+            lens: [2.0, 2.0, 1.5, 1.0],
+            rotation: by_rows(&DMat3::IDENTITY),
+            centre: [x, 0.0, 0.0],
+            stored: [3, 2],
+            turned: false,
+            far: [3, 2],
+            gain: [0.0; 3],
+            optics: [0.0; 3],
+            colour: String::new(),
+            sky: None,
+        };
+        let photos: Vec<_> = [9.0, 8.0, 1.0, 7.0, 2.0].map(photo).into();
+        let far = |first: usize, photos: usize| DescribedFar { chunk: format!("far-{first}"), first, photos };
+        let mut chunks = [far(0, 2), far(2, 2), far(4, 1)];
+        let start = DescribedView {
+            name: String::new(),
+            centre: [0.0; 3],
+            rotation: by_rows(&DMat3::IDENTITY),
+            tangent: 1.0,
+        };
+        DescribedFar::sort_by_nearness(&mut chunks, &photos, &start, 10.0);
+        assert_eq!(chunks.map(|chunk| chunk.chunk), ["far-2", "far-4", "far-0"]);
+    }
 }

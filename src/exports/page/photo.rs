@@ -4,7 +4,7 @@
 use glam::DVec2;
 
 use super::labels::TexelLabels;
-use super::plane::{halved, in_16_steps};
+use super::plane::{Cells, in_16_steps, mean};
 use super::tiles::{TileGrid, TiledPhoto};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
@@ -139,18 +139,37 @@ impl ComposedPhoto {
         (rgb, known)
     }
 
-    /// Returns the half-size plane of what a photo says of its pixels: confidence, agreement and outline, one plane each.
-    pub fn weights(&self) -> [Vec<u8>; 3] {
-        let size = self.size.map(|side| side as usize);
+    /// Returns what a photo says of cells of its pixels: confidence, agreement and outline, one plane each.
+    pub fn weights(&self, cells: Cells) -> [Vec<u8>; 3] {
         let is_shown = |at: usize| self.labels.is_claimed(at);
-        let mut planes =
-            [&self.trust, &self.agreement, &self.outlines].map(|plane| halved(plane, size, is_shown));
-        planes[0].iter_mut().for_each(|value| *value = in_16_steps(*value));
-        // What is contradicted is told finely, since penalties are divided by it.
-        let coarse = |value: u8| if value < 32 { value } else { in_16_steps(value) };
-        planes[1..].iter_mut().flatten().for_each(|value| *value = coarse(*value));
-        planes
+        let planes = [&self.trust, &self.agreement, &self.outlines].map(|plane| cells.means(plane, is_shown));
+        in_steps(planes)
     }
+
+    /// Returns the same of cells that show several layers: confidence is that of the layers in the middle of a cell, and the less, the
+    /// more of the cell others have, since the colour of such a cell is also theirs.
+    pub fn weights_of_mixed(&self, cells: Cells, labels: &[u8]) -> [Vec<u8>; 3] {
+        let trust = cells.map(|middle, pixels| match labels[middle] {
+            0 => 0,
+            label => mean(pixels.map(|at| if labels[at] == label { self.trust[at] } else { 0 })),
+        });
+        let of_own = |plane: &[u8]| {
+            cells.map(|middle, pixels| {
+                mean(pixels.filter(|at| labels[*at] == labels[middle]).map(|at| plane[at]))
+            })
+        };
+        let [agreement, outlines] = [&self.agreement, &self.outlines].map(|plane| of_own(plane));
+        in_steps([trust, agreement, outlines])
+    }
+}
+
+/// Rounds planes of confidence, agreement and outlines as they are packed.
+fn in_steps(mut planes: [Vec<u8>; 3]) -> [Vec<u8>; 3] {
+    planes[0].iter_mut().for_each(|value| *value = in_16_steps(*value));
+    // What is contradicted is told finely, since penalties are divided by it.
+    let coarse = |value: u8| if value < 32 { value } else { in_16_steps(value) };
+    planes[1..].iter_mut().flatten().for_each(|value| *value = coarse(*value));
+    planes
 }
 
 /// Returns the whole of a layer that one sees through, with its matte, at its full size.

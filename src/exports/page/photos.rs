@@ -4,8 +4,9 @@ use glam::{DVec2, DVec3};
 
 use super::description::{DescribedPhoto, by_rows};
 use super::labels::ByteLabels;
+use super::options::{MOST_SIDE, PageOptions};
 use super::photo::ComposedPhoto;
-use super::plane::differences;
+use super::plane::{Cells, differences};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::fill::push_pull::WeightedGrid;
@@ -15,24 +16,31 @@ use quadratura_projection::Gains;
 use quadratura_view::optics::squared_radius;
 use quadratura_view::srgb::Srgb;
 
-/// The longer side of coarse photos, in pixels.
-const FAR: u32 = 576;
+/// The most pixels along a side of coarse photos: of up to [`MANY`] ones, and of any number.
+const COARSE: u32 = 576;
+const LEAST_COARSE: u32 = 192;
+/// From this number of photos on, coarse ones together keep their number of pixels, because all of them are on the device.
+const MANY: usize = 64;
 /// Their quality, below that of the others by this.
-const FAR_LOWER: u8 = 10;
+const COARSE_LOWER: u8 = 10;
 /// The number of coarse photos in a chunk.
 pub const IN_A_CHUNK: usize = 32;
 
 /// A photo that is ready to be written.
 pub struct PackedPhoto {
-    /// The fine picture, as a chunk.
+    /// The fine picture with what is known of its pixels, as a chunk.
     pub near: Chunk,
-    /// The parts of the chunk of coarse photos, with their names.
+    /// The coarse picture, and the planes of what is known of its pixels, at half of its size.
     far_picture: Vec<u8>,
-    labels: Vec<u8>,
-    weights: [Vec<u8>; 3],
+    far_planes: Planes,
     /// What the description says of it.
     pub described: DescribedPhoto,
 }
+
+/// Labels, confidence, agreement and outlines of the pixels of a picture, ready to be packed.
+type Planes = [Vec<u8>; 4];
+/// The names of their parts.
+const PLANES: [&str; 4] = ["labels", "trust", "agreement", "outlines"];
 
 /// How photos are packed.
 #[derive(Debug, Clone, Copy)]
@@ -41,8 +49,19 @@ pub struct PhotoPacking {
     pub quality: u8,
     /// The longest side, in pixels.
     pub longest: u32,
+    /// The longest side of coarse photos, in pixels.
+    pub longest_coarse: u32,
     /// Whether all pictures are upright ones, which are not turned.
     pub upright: bool,
+}
+
+impl PhotoPacking {
+    /// Packs so many photos as these options say.
+    pub fn new(options: &PageOptions, photos: usize, upright: bool) -> Self {
+        let share = (MANY as f64 / photos.max(MANY) as f64).sqrt();
+        let longest_coarse = ((f64::from(COARSE) * share).round() as u32).max(LEAST_COARSE);
+        Self { quality: options.quality, longest: options.longest.min(MOST_SIDE), longest_coarse, upright }
+    }
 }
 
 /// A photo with its camera.
@@ -73,8 +92,6 @@ impl PackedPhoto {
         let rgb = surrounded(composed.size, composed.rgb.clone(), |at| composed.labels.is_claimed(at));
         let colour = mean(&rgb);
         let (picture, stored) = reduced(rgb, composed.size, packing.longest);
-        let half = composed.size.map(|side| side.div_ceil(2));
-        let weights = composed.weights();
         let turn = |bytes: &[u8], size: [u32; 2], parts: usize| {
             if turned { turned_right(bytes, size, parts) } else { bytes.to_vec() }
         };
@@ -82,11 +99,22 @@ impl PackedPhoto {
         let mut near = Chunk::default();
         near.add("colours", &photo_jpeg(&turn(&picture, stored, 3), size_of(stored), packing.quality));
         let (rgb, known) = composed.with_see_through();
-        let (small, far) = reduced(surrounded(composed.size, rgb, |at| known[at]), composed.size, FAR);
-        let far_picture =
-            photo_jpeg(&turn(&small, far, 3), size_of(far), packing.quality.saturating_sub(FAR_LOWER).max(1));
+        let (small, far) =
+            reduced(surrounded(composed.size, rgb, |at| known[at]), composed.size, packing.longest_coarse);
+        let coarse_quality = packing.quality.saturating_sub(COARSE_LOWER).max(1);
+        let far_picture = photo_jpeg(&turn(&small, far, 3), size_of(far), coarse_quality);
         let plane =
             |bytes: &[u8], size: [u32; 2]| differences(&turn(bytes, size, 1), size_of(size)[0] as usize);
+        let planes = |size: [u32; 2], of_weights: [u32; 2], weights: [Vec<u8>; 3]| -> Planes {
+            let of_cells = Cells::new(composed.size, size).map(|middle, _| labels.of_pixel[middle]);
+            let [trust, agreement, outlines] = weights.map(|weights| plane(&weights, of_weights));
+            [plane(&of_cells, size), trust, agreement, outlines]
+        };
+        let half = stored.map(|side| side.div_ceil(2));
+        let fine = planes(stored, half, composed.weights(Cells::new(composed.size, half)));
+        add_planes(&mut near, "", &fine);
+        let coarse = far.map(|side| side.div_ceil(2));
+        let of_coarse = composed.weights_of_mixed(Cells::new(composed.size, coarse), &labels.of_pixel);
         let optics = gains.optics.get(photo.id.index()).copied().unwrap_or_default();
         let camera = photo.camera;
         let per_px2 = squared_radius(camera, DVec2::new(camera.cx + 1.0, camera.cy));
@@ -106,23 +134,21 @@ impl PackedPhoto {
             colour,
             sky: sky.map(|sky| sky.offset),
         };
-        Self {
-            near,
-            far_picture,
-            labels: plane(&labels.of_pixel, composed.size),
-            weights: weights.map(|weights| plane(&weights, half)),
-            described,
-        }
+        Self { near, far_picture, far_planes: planes(coarse, coarse, of_coarse), described }
     }
 
-    /// Adds the coarse picture and what it needs to the chunk of several.
+    /// Adds the coarse picture and what is known of its pixels to the chunk of several.
     pub fn add_far(&self, chunk: &mut Chunk) {
         let name = &self.described.name;
         chunk.add(format!("{name}/far"), &self.far_picture);
-        chunk.add_packed(format!("{name}/labels"), &self.labels);
-        for (part, weights) in ["trust", "agreement", "outlines"].into_iter().zip(&self.weights) {
-            chunk.add_packed(format!("{name}/{part}"), weights);
-        }
+        add_planes(chunk, &format!("{name}/"), &self.far_planes);
+    }
+}
+
+/// Adds planes to a chunk, with this before their names.
+fn add_planes(chunk: &mut Chunk, before: &str, planes: &Planes) {
+    for (name, plane) in PLANES.into_iter().zip(planes) {
+        chunk.add_packed(format!("{before}{name}"), plane);
     }
 }
 
@@ -190,6 +216,16 @@ mod tests {
         let published = surrounded(size, rgb, |at| !secret(at));
         let far = |pixel: &[u8; 3]| (0..3).any(|c| pixel[c].abs_diff([100, 120, 140][c]) > 2);
         assert_eq!(published.as_chunks::<3>().0.iter().filter(|pixel| far(pixel)).count(), 0);
+    }
+
+    #[test]
+    fn coarse_photos_together_stop_growing_with_their_number() {
+        let pixels = |photos: usize| {
+            let side = f64::from(PhotoPacking::new(&PageOptions::default(), photos, false).longest_coarse);
+            photos as f64 * side * side
+        };
+        assert!((pixels(400) / pixels(MANY) - 1.0).abs() < 0.01, "rounding a side changes less");
+        assert!(pixels(9) < pixels(MANY));
     }
 
     #[test]

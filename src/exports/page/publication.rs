@@ -132,8 +132,7 @@ impl<'a> Publication<'a> {
 
     /// Returns the mean size of photos on the page in bytes, with their hidden texels, by a few of them.
     fn mean_bytes(&self, task: &Task) -> Result<f64> {
-        let packing =
-            PhotoPacking { quality: self.options.quality, longest: self.options.longest, upright: false };
+        let packing = PhotoPacking::new(self.options, self.ids.len(), false);
         let (mut bytes, mut pages) = (0, [TilePages::default(), TilePages::default()]);
         let size = |chunk: Chunk| chunk.script("").len();
         let measured: Vec<PhotoId> = spread(&self.ids, MEASURED).collect();

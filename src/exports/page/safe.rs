@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::labels::ByteLabels;
-use super::plane::halved;
+use super::plane::Cells;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_projection::Server;
@@ -54,7 +54,8 @@ pub struct PhotoMap {
 
 impl PhotoMap {
     /// Takes every second label along both sides, and the halved confidence.
-    pub fn new(labels: &[u8], trust: Vec<u8>, [width, height]: [usize; 2]) -> Self {
+    pub fn new(labels: &[u8], trust: Vec<u8>, size: [u32; 2]) -> Self {
+        let [width, height] = size.map(|side| side as usize);
         let rows = (0..height).step_by(2);
         let labels = rows.flat_map(|y| (0..width).step_by(2).map(move |x| labels[y * width + x])).collect();
         Self { size: [width.div_ceil(2), height.div_ceil(2)], labels, trust }
@@ -70,8 +71,8 @@ impl PhotoMap {
 }
 
 /// Returns the plane of confidence that [`PhotoMap::new`] takes.
-pub fn half_trust(trust: &[u8], size: [usize; 2]) -> Vec<u8> {
-    halved(trust, size, |_| true)
+pub fn half_trust(trust: &[u8], size: [u32; 2]) -> Vec<u8> {
+    Cells::halves(size).means(trust, |_| true)
 }
 
 /// A point of the model that is seen from a place.

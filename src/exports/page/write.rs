@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::description::{
-    DescribedBlend, DescribedExposure, DescribedPage, DescribedPhoto, DescribedTour, DescribedView,
-    PageDescription, VERSION,
+    DescribedBlend, DescribedExposure, DescribedFar, DescribedPage, DescribedPhoto, DescribedTour,
+    DescribedView, PageDescription, VERSION,
 };
 use super::dome::dome;
 use super::geometry::{GeometryInputs, geometry, grids};
@@ -52,6 +52,8 @@ pub struct PageWriter<'a> {
     views: Vec<PageView>,
     texts: Vec<DescribedText>,
     left_out: Vec<String>,
+    /// The chunks of the first picture.
+    first_chunks: Vec<String>,
 }
 
 /// A view with a name.
@@ -69,7 +71,7 @@ struct WrittenPhotos {
     described: Vec<DescribedPhoto>,
     labels: Vec<ByteLabels>,
     maps: Vec<PhotoMap>,
-    far: Vec<String>,
+    far: Vec<DescribedFar>,
     hidden: TilePages,
     cut: TilePages,
     hidden_pages: Vec<DescribedPage>,
@@ -138,7 +140,21 @@ impl<'a> PageWriter<'a> {
         if !parts.gains.light.groups.is_one() {
             left_out.push("the correction of light between rounds of photos, face by face".to_owned());
         }
-        Ok(Self { opened, ids, leaving, parts, options, origin, up, start, views, texts, left_out })
+        let first_chunks = Vec::new();
+        Ok(Self {
+            opened,
+            ids,
+            leaving,
+            parts,
+            options,
+            origin,
+            up,
+            start,
+            views,
+            texts,
+            left_out,
+            first_chunks,
+        })
     }
 
     /// Writes all files.
@@ -164,6 +180,9 @@ impl<'a> PageWriter<'a> {
             chunk(folder, "dome", &dome(found))?;
         }
         let site = self.describe(&mut written, preview, task);
+        let nearest = site.far.first().map(|far| far.chunk.as_str());
+        self.first_chunks =
+            ["site", "geometry", "sheets"].into_iter().chain(nearest).map(str::to_owned).collect();
         folder.write("data/site.js", &description(&site))?;
         self.write_pictures(folder, preview, &site, task)
     }
@@ -173,11 +192,7 @@ impl<'a> PageWriter<'a> {
         let sources = &self.parts.skirts.sources;
         let cameras = self.ids.iter().map(|id| sources.photo(*id).camera);
         let upright = cameras.clone().all(|camera| camera.height > camera.width);
-        let packing = PhotoPacking {
-            quality: self.options.quality,
-            longest: self.options.longest.min(super::MOST_SIDE),
-            upright,
-        };
+        let packing = PhotoPacking::new(self.options, self.ids.len(), upright);
         let mut written = WrittenPhotos::default();
         let mut far = Chunk::default();
         for (number, id) in self.ids.iter().enumerate() {
@@ -203,15 +218,16 @@ impl<'a> PageWriter<'a> {
             if (number + 1) % IN_A_CHUNK == 0 || number + 1 == self.ids.len() {
                 let name = format!("far-{}", written.far.len() + 1);
                 chunk(folder, &name, &std::mem::take(&mut far))?;
-                written.far.push(name);
+                let first = number / IN_A_CHUNK * IN_A_CHUNK;
+                written.far.push(DescribedFar { chunk: name, first, photos: number + 1 - first });
             }
             for tiled in &photo.tiled {
                 let kind = TileKind::of(tiled);
                 let (pages, listed) = written.tiles(kind);
                 pages.add(tiled, |page| write_page(folder, &page, kind, self.options.quality, listed))?;
             }
-            let size = photo.size.map(|side| side as usize);
-            written.maps.push(PhotoMap::new(&labels.of_pixel, half_trust(&photo.trust, size), size));
+            let trust = half_trust(&photo.trust, photo.size);
+            written.maps.push(PhotoMap::new(&labels.of_pixel, trust, photo.size));
             // Labels of pixels are written; those of layers are for the geometry.
             written.labels.push(ByteLabels { of_pixel: Vec::new(), ..labels });
             written.described.push(packed.described);
@@ -259,11 +275,13 @@ impl<'a> PageWriter<'a> {
         let described =
             |view: &PageView| DescribedView::new(view.name.clone(), &view.pose, view.tangent, self.origin);
         let flight = self.opened.project.flight.as_ref();
+        let (start, extent) = (described(&self.start), extent(self.opened, self.ids));
+        DescribedFar::sort_by_nearness(&mut written.far, &written.described, &start, extent);
         PageDescription {
             version: VERSION,
             title: self.title(),
             up: self.up.to_array(),
-            extent: extent(self.opened, self.ids),
+            extent,
             blend: DescribedBlend { lambda: Blend::default().lambda },
             exposure: DescribedExposure {
                 rule: self.parts.gains.rule.name(),
@@ -276,7 +294,7 @@ impl<'a> PageWriter<'a> {
             hidden: std::mem::take(&mut written.hidden_pages),
             cut: std::mem::take(&mut written.cut_pages),
             dome: self.parts.dome.as_ref().map(|dome| f64::from(dome.white)),
-            start: described(&self.start),
+            start,
             viewpoints: self.views.iter().map(described).collect(),
             tour: flight.and_then(|path| DescribedTour::of_path(path, self.up, self.origin)),
             texts: self.texts.clone(),
@@ -318,11 +336,6 @@ impl<'a> PageWriter<'a> {
             folder.write(&format!("views/{}.jpg", number + 1), &draw(view)?)?;
         }
         let names: Vec<&str> = self.views.iter().map(|view| view.name.as_str()).collect();
-        let chunks: Vec<String> = ["site", "geometry", "sheets"]
-            .map(str::to_owned)
-            .into_iter()
-            .chain(site.far.iter().cloned())
-            .collect();
         let said = &self.opened.project.page;
         let credits = if self.options.credits.is_empty() { &said.credits } else { &self.options.credits };
         let licence = self.options.licence.as_deref().or(said.licence.as_deref());
@@ -332,7 +345,7 @@ impl<'a> PageWriter<'a> {
             texts: &site.texts,
             credits,
             licence,
-            first_chunks: &chunks,
+            first_chunks: &self.first_chunks,
         };
         folder.write("index.html", index(&texts).as_bytes())
     }
@@ -346,7 +359,7 @@ impl<'a> PageWriter<'a> {
             move |name: &str| name.strip_prefix("data/").is_some_and(|name| name.starts_with(start))
         };
         let part = |what: &'static str, start: &'static str| PagePart { what, bytes: sum(&data(start)) };
-        let first = ["site", "geometry", "sheets", "dome", "far"].map(|start| sum(&data(start)));
+        let is_first = |name: &str| self.first_chunks.iter().any(|chunk| name == format!("data/{chunk}.js"));
         let viewer =
             sum(&|name: &str| name.starts_with("code/") || name == "viewer.css" || name == "index.html");
         Published {
@@ -354,11 +367,11 @@ impl<'a> PageWriter<'a> {
             spared: place.spared,
             photos: self.leaving,
             bytes: sum(&|_| true),
-            first: first.iter().sum::<u64>() + viewer,
+            first: sum(&is_first) + sum(&data("dome")) + viewer,
             viewer,
             parts: vec![
-                part("photos", "near"),
-                part("coarse photos, labels and confidence", "far"),
+                part("photos, with labels and confidence", "near"),
+                part("coarse photos, likewise", "far"),
                 part("hidden texels", "hidden"),
                 part("layers that one sees through", "cut"),
                 part("geometry", "geometry"),

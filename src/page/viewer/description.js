@@ -7,7 +7,7 @@
   quadratura.loadSite = async () => {
     await quadratura.script("site");
     if (!quadratura.site) throw new Error("data/site.js is damaged");
-    if (quadratura.site.version !== 1) throw new Error("the data are of another version than the viewer");
+    if (quadratura.site.version !== 2) throw new Error("the data are of another version than the viewer");
     return quadratura.site;
   };
 })();

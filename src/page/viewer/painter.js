@@ -201,7 +201,7 @@ quadratura.painter = (() => {
     bindTextures() {
       const gl = this.gl, { textures: t, tables } = this, array = gl.TEXTURE_2D_ARRAY, flat = gl.TEXTURE_2D;
       this.units = { photos: [flat, tables.photos], servers: [flat, tables.servers], candidates: [flat, tables.candidates], patches: [flat, tables.patches],
-        surfaces: [flat, tables.surfaces], labels: [array, t.labels], trusts: [array, t.trusts], near_photos: [array, t.near], far_photos: [array, t.far],
+        surfaces: [flat, tables.surfaces], labels: [array, t.labels], trusts: [array, t.trusts], coarse_known: [array, t.coarse], near_photos: [array, t.near], far_photos: [array, t.far],
         hidden_pages: [array, t.hidden], hidden_trusts: [array, t.hiddenTrusts], cut_pages: [array, t.cut], cut_mattes: [array, t.cutMattes],
         heights: [flat, this.heights], continued_colors: [flat, this.continued], dome: [gl.TEXTURE_CUBE_MAP, this.dome], sky_factors: [flat, this.sky] };
     }

@@ -14,8 +14,9 @@
     document.documentElement.classList.add("exact");
     const canvas = byId("view");
     canvas.hidden = false;
-    painter.textures.want((i) => quadratura.exposure.apart(first, quadratura.site.photos[i], quadratura.site.extent));
-    await painter.textures.loadPages();
+    const apart = (i) => quadratura.exposure.apart(first, quadratura.site.photos[i], quadratura.site.extent);
+    await Promise.all([painter.textures.all, painter.textures.loadPages()]);
+    painter.textures.want(apart);
     while (!painter.textures.isComplete()) await new Promise((resolve) => setTimeout(resolve, 20));
     quadratura.drawExactly = (view, finer) => {
       [canvas.width, canvas.height] = [view.width, view.height];
@@ -45,7 +46,11 @@
     const exact = exactView();
     if (exact) return drawExactly(painter, exact);
     quadratura.visit(painter, site, geometry);
-    return painter.textures.loadPages().then((lost) => { if (lost) quadratura.say("Some hidden parts could not be loaded."); });
+    const lost = await Promise.all([painter.textures.all, painter.textures.loadPages()]);
+    const { held } = painter.textures, count = site.photos.length;
+    if (lost[0]) quadratura.say("Some photos could not be loaded.");
+    else if (lost[1]) quadratura.say("Some hidden parts could not be loaded.");
+    else if (held < count) quadratura.say("This device shows " + held + " of " + count + " photos.");
   }
 
   function fail(error) {

@@ -76,7 +76,7 @@
       byId(list).hidden = byId(list + "-title").hidden = false;
     };
     site.viewpoints.forEach((view, i) => button("viewpoints", view.name, () => goToView(i)));
-    site.photos.forEach((photo, i) => button("photos", (/^p\d+$/.test(photo.name) ? "Photo " + (i + 1) : photo.name), () => goToPhoto(i), painter.textures.thumbnail(i)));
+    site.photos.forEach((photo, i) => button("photos", (/^p\d+$/.test(photo.name) ? "Photo " + (i + 1) : photo.name), () => goToPhoto(i), painter.textures.frameOf(i)));
 
     quadratura.input.listen(walker, canvas);
     if (quadratura.texts) quadratura.texts.start(walker, site);

@@ -1,7 +1,10 @@
 // What photos show: labels and confidence, tiles beside them, and colours.
 
+// Of fine photos: labels, and at half the size confidence, agreement and outlines. Of coarse ones: all
+// four at half the size, labels last.
 uniform highp usampler2DArray labels;
 uniform mediump sampler2DArray trusts;
+uniform highp sampler2DArray coarse_known;
 uniform mediump sampler2DArray near_photos;
 uniform mediump sampler2DArray far_photos;
 uniform mediump sampler2DArray hidden_pages;
@@ -36,6 +39,9 @@ struct Known {
     float lost;
 };
 
+// The least of what a photo says of itself where it shows something.
+const vec3 LEAST = vec3(0.004, 0.004, 0.0);
+
 // The place in a page of tiles: uv, page, and uv per photo pixel; page below 0 where there is no tile.
 vec4 tile_place(uint at, vec2 px) {
     uvec4 head = server_word(at);
@@ -54,9 +60,34 @@ vec4 tile_place(uint at, vec2 px) {
     return vec4((corner + GUTTER + within) / PAGE, float(slot >> 10), 1.0 / (float(head.x) * PAGE));
 }
 
+// Whether there is a tile, and its page is on the device.
+bool is_held(float page, int pages) {
+    return page >= 0.0 && page < float(pages);
+}
+
 bool shows(uint at, uint label) {
     uvec4 bits = server_word(at + (label >> 7));
     return label != 0u && ((bits[(label >> 5) & 3u] >> (label & 31u)) & 1u) == 1u;
+}
+
+// What a photo says of itself at a cell of its planes: confidence, agreement and outline; zeros where it does not show these labels.
+vec3 known_finely(uint set, vec2 cell, float slot) {
+    if (!shows(set, texelFetch(labels, ivec3(cell, slot), 0).r)) return vec3(0.0);
+    return max(textureLod(trusts, vec3(cell / (2.0 * vec2(textureSize(trusts, 0).xy)), slot), 0.0).rgb, LEAST);
+}
+
+vec3 known_coarsely(uint set, vec2 cell, float number) {
+    if (!shows(set, uint(texelFetch(coarse_known, ivec3(cell, number), 0).a * 255.0 + 0.5))) return vec3(0.0);
+    return max(textureLod(coarse_known, vec3(cell / vec2(textureSize(coarse_known, 0).xy), number), 0.0).rgb, LEAST);
+}
+
+// Both, while a fine picture fades in.
+vec3 known_of_photo(uint number, uint set, vec2 at) {
+    vec4 place = photo_word(number, 10), fine = photo_word(number, 8), coarse = photo_word(number, 9);
+    at = clamp(at, vec2(0.0), place.xy - 1.0);
+    vec3 a = place.z < 1.0 ? known_coarsely(set, at * coarse.w, coarse.z) : vec3(0.0);
+    vec3 b = place.z > 0.0 ? known_finely(set, at * fine.w, fine.z) : vec3(0.0);
+    return vec3(mix(a.x, b.x, place.z), a.x == 0.0 ? b.yz : b.x == 0.0 ? a.yz : mix(a.yz, b.yz, place.z));
 }
 
 // Looks up what a server has at a position in its photo.
@@ -64,20 +95,15 @@ Known known_at(uint photo_number, Camera photo, uvec4 server, vec2 px) {
 #ifdef SEE_THROUGH
     if (server.w != 0u) {
         vec4 place = tile_place(server.w, px);
-        float found = place.z < 0.0 ? 0.0 : textureLod(cut_mattes, place.xyz, 0.0).r;
+        float found = is_held(place.z, textureSize(cut_mattes, 0).z) ? textureLod(cut_mattes, place.xyz, 0.0).r : 0.0;
         return Known(found, 1.0, 1.0, CUT, 0.0);
     }
 #endif
-    vec2 at = turned(photo, px);
-    vec4 place = photo_word(photo_number, 10);
-    uint label = texelFetch(labels, ivec3(clamp(at, vec2(0.0), place.xy - 1.0), int(place.z)), 0).r;
-    if (shows(server.y, label)) {
-        vec4 trust = textureLod(trusts, vec3(at / (2.0 * vec2(textureSize(trusts, 0).xy)), place.z), 0.0);
-        return Known(max(trust.r, 0.004), max(trust.g, 0.004), trust.b, OWN, place.w);
-    }
+    vec3 known = known_of_photo(photo_number, server.y, turned(photo, px));
+    if (known.x > 0.0) return Known(known.x, known.y, known.z, OWN, photo_word(photo_number, 10).w);
     if (server.z != 0u) {
         vec4 tile = tile_place(server.z, px);
-        return Known(tile.z < 0.0 ? 0.0 : textureLod(hidden_trusts, tile.xyz, 0.0).r, 1.0, 1.0, HIDDEN, 0.0);
+        return Known(is_held(tile.z, textureSize(hidden_trusts, 0).z) ? textureLod(hidden_trusts, tile.xyz, 0.0).r : 0.0, 1.0, 1.0, HIDDEN, 0.0);
     }
     return Known(0.0, 1.0, 1.0, OWN, 0.0);
 }

@@ -1,13 +1,20 @@
-// The pictures on the device: coarse and fine photos, what they say of their pixels, and pages of tiles. Every photo is there coarsely
+// The pictures on the device: coarse and fine photos, what is known of their pixels, and pages of tiles. Every photo is there coarsely
 // before any is fine; fine ones take slots, and the one that the view needs least gives its slot away.
 quadratura.textures = (() => {
   "use strict";
 
-  // What the device may spend on fine photos, in bytes: computers, and phones and others that say little of themselves.
-  const LARGE = 768e6, SMALL = 192e6;
+  // What the device may spend on all pictures, in bytes: computers, and phones and others that say little of themselves.
+  const LARGE = 1280e6, SMALL = 256e6;
+  // The most of it for pages of tiles.
+  const FOR_PAGES = 0.4;
+  // So many fine photos are the fewest; where they do not fit, they are taken at half their size.
+  const FEWEST = 8;
+  // Bytes a pixel: colours with their levels, one byte, and weights at half the size.
+  const COLOURS = 4 * 4 / 3, FINE = COLOURS + 1 + 1, COARSE = COLOURS + 1, HIDDEN = 4 * 5 / 4 + 1, CUT = 4 * 5 / 4 + 2 * 5 / 4;
   const PAGE = 2048;
   // A finer picture fades in over this time.
   const FADE_MS = 300;
+  const WEIGHTS = ["trust", "agreement", "outlines"];
 
   function budget() {
     const coarse = matchMedia("(pointer: coarse)").matches;
@@ -17,18 +24,35 @@ quadratura.textures = (() => {
   const picture = (bytes, options) => quadratura.pictureOf(bytes, "image/jpeg", options);
   // The size of a photo's picture as it is stored.
   const stored = (photo, size) => (photo.turned ? [size[1], size[0]] : size);
+  const halved = (size) => size.map((side) => Math.ceil(side / 2));
   const largest = (sizes) => sizes.reduce((a, b) => [Math.max(a[0], b[0]), Math.max(a[1], b[1])], [1, 1]);
+
+  // Returns up to four planes as one of four values a pixel.
+  function mixed(planes) {
+    const out = new Uint8Array(4 * planes[0].length);
+    planes.forEach((plane, c) => { for (let i = 0; i < plane.length; i++) out[4 * i + c] = plane[i]; });
+    return out;
+  }
+
+  // Returns a plane with fewer pixels: those in the middle.
+  function sampled(plane, [width, height], [w, h]) {
+    const out = new Uint8Array(w * h);
+    for (let y = 0; y < h; y++) {
+      const row = width * Math.floor((y + 0.5) * height / h);
+      for (let x = 0; x < w; x++) out[y * w + x] = plane[row + Math.floor((x + 0.5) * width / w)];
+    }
+    return out;
+  }
 
   class Textures {
     constructor(gl, site, reducer, changed) {
       Object.assign(this, { gl, site, reducer, changed, budget: budget() });
       this.anisotropic = gl.getExtension("EXT_texture_filter_anisotropic");
-      this.small = [];
+      this.frames = new Map();
       this.state = site.photos.map(() => ({ slot: -1, since: 0, loading: false, failed: false }));
       this.sizes = {
         near: largest(site.photos.map((photo) => stored(photo, photo.stored))),
         far: largest(site.photos.map((photo) => stored(photo, photo.far))),
-        labels: largest(site.photos.map((photo) => stored(photo, photo.size))),
       };
       this.make();
     }
@@ -45,26 +69,31 @@ quadratura.textures = (() => {
     }
 
     make() {
-      const gl = this.gl, { near, far, labels } = this.sizes, count = this.site.photos.length;
+      const gl = this.gl, { near, far } = this.sizes;
       const levels = ([width, height]) => 1 + Math.floor(Math.log2(Math.max(width, height)));
-      const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-      // Where not all fine photos find space, they are taken at half their size.
-      const bytes = near[0] * near[1] * 4 * 4 / 3;
-      this.scale = Math.max(...near) > most || bytes * Math.min(count, 8) > this.budget ? 0.5 : 1;
+      const most = gl.getParameter(gl.MAX_TEXTURE_SIZE), layers = gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS);
+      // How many photos the device holds at all.
+      this.held = Math.min(this.site.photos.length, layers);
+      const forPages = FOR_PAGES * this.budget / (PAGE * PAGE);
+      const cut = Math.min(this.site.cut.length, layers, Math.floor(forPages / CUT));
+      const hidden = Math.min(this.site.hidden.length, layers, Math.floor((forPages - cut * CUT) / HIDDEN));
+      const taken = (cut * CUT + hidden * HIDDEN) * PAGE * PAGE + far[0] * far[1] * COARSE * this.held;
+      const left = Math.max(this.budget - taken, 0.2 * this.budget), bytes = near[0] * near[1] * FINE;
+      this.scale = Math.max(...near) > most || bytes * Math.min(this.held, FEWEST) > left ? 0.5 : 1;
       const size = near.map((side) => Math.ceil(side * this.scale));
-      this.slots = Math.max(1, Math.min(count, Math.floor(this.budget / (bytes * this.scale * this.scale)), gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS)));
+      this.slots = Math.max(1, Math.min(this.held, Math.floor(left / (bytes * this.scale * this.scale))));
       this.holders = new Array(this.slots).fill(-1);
-      const half = labels.map((side) => Math.ceil(side / 2));
-      const page = (pages) => [pages.length ? PAGE : 1, pages.length ? PAGE : 1];
-      const { hidden, cut } = this.site;
+      const pages = (format, count, levels) => this.array(format, count ? [PAGE, PAGE] : [1, 1], count, count ? levels : 1, gl.LINEAR);
       this.near = this.array(gl.SRGB8_ALPHA8, size, this.slots, levels(size), gl.LINEAR);
-      this.far = this.array(gl.SRGB8_ALPHA8, far, count, levels(far), gl.LINEAR);
-      this.labels = this.array(gl.R8UI, labels, count, 1, gl.NEAREST);
-      this.trusts = this.array(gl.RGBA8, half, count, 1, gl.LINEAR);
-      this.hidden = this.array(gl.SRGB8_ALPHA8, page(hidden), hidden.length, hidden.length ? 2 : 1, gl.LINEAR);
-      this.hiddenTrusts = this.array(gl.R8, page(hidden), hidden.length, 1, gl.LINEAR);
-      this.cut = this.array(gl.SRGB8_ALPHA8, page(cut), cut.length, cut.length ? 2 : 1, gl.LINEAR);
-      this.cutMattes = this.array(gl.RG8, page(cut), cut.length, cut.length ? 2 : 1, gl.LINEAR);
+      this.labels = this.array(gl.R8UI, size, this.slots, 1, gl.NEAREST);
+      this.trusts = this.array(gl.RGBA8, halved(size), this.slots, 1, gl.LINEAR);
+      this.far = this.array(gl.SRGB8_ALPHA8, far, this.held, levels(far), gl.LINEAR);
+      this.coarse = this.array(gl.RGBA8, halved(far), this.held, 1, gl.LINEAR);
+      this.hidden = pages(gl.SRGB8_ALPHA8, hidden, 2);
+      this.hiddenTrusts = pages(gl.R8, hidden, 1);
+      this.cut = pages(gl.SRGB8_ALPHA8, cut, 2);
+      this.cutMattes = pages(gl.RG8, cut, 2);
+      this.pages = { cut, hidden };
     }
 
     put(texture, layer, format, width, height, source) {
@@ -75,37 +104,41 @@ quadratura.textures = (() => {
       for (let level = 1; level < texture.levels; level++) this.reducer.halve(texture, layer, level);
     }
 
-    // Reads the coarse photos, with labels and confidence.
-    async loadFar() {
-      let number = 0;
-      for (const chunk of this.site.far) {
-        const parts = await quadratura.load(chunk, () => -2);
-        for (; number < this.site.photos.length && parts[this.site.photos[number].name + "/far"]; number++) await this.putFar(number, parts);
-      }
-      if (number < this.site.photos.length) throw new Error("coarse photos are missing");
+    // Reads the coarse photos, with what is known of their pixels. Returns when those near the start are there; `all` tells how many
+    // chunks were lost when all are.
+    loadFar() {
+      const load = async ({ chunk, first, photos }, rank) => {
+        const parts = await quadratura.load(chunk, () => rank - 1000);
+        for (let number = first; number < Math.min(first + photos, this.held); number++) await this.putFar(number, parts);
+        this.changed();
+      };
+      const chunks = this.site.far.map(load);
+      this.all = Promise.allSettled(chunks).then((found) => {
+        this.hasFar = true;
+        this.changed();
+        return found.filter((chunk) => chunk.status === "rejected").length;
+      });
+      return chunks[0];
     }
 
     async putFar(number, parts) {
-      const gl = this.gl, photo = this.site.photos[number], part = (name) => parts[photo.name + "/" + name];
-      const [width, height] = stored(photo, photo.size), half = [width, height].map((side) => Math.ceil(side / 2));
-      this.put(this.labels, number, gl.RED_INTEGER, width, height, quadratura.summed(part("labels"), width));
-      const planes = ["trust", "agreement", "outlines"].map((name) => quadratura.summed(part(name), half[0]));
-      const mixed = new Uint8Array(4 * half[0] * half[1]);
-      planes.forEach((plane, c) => { for (let i = 0; i < plane.length; i++) mixed[4 * i + c] = plane[i]; });
-      this.put(this.trusts, number, gl.RGBA, ...half, mixed);
-      this.small[number] = new Blob([part("far")], { type: "image/jpeg" });
+      const photo = this.site.photos[number], part = (name) => parts[photo.name + "/" + name];
+      const size = halved(stored(photo, photo.far));
+      this.put(this.coarse, number, this.gl.RGBA, ...size, mixed([...WEIGHTS, "labels"].map((name) => quadratura.summed(part(name), size[0]))));
       const bitmap = await picture(part("far"));
-      this.put(this.far, number, gl.RGBA, bitmap.width, bitmap.height, bitmap);
+      this.put(this.far, number, this.gl.RGBA, bitmap.width, bitmap.height, bitmap);
       bitmap.close();
+      this.frameOf(number).firstChild.src = URL.createObjectURL(new Blob([part("far")], { type: "image/jpeg" }));
     }
 
-    // Returns a small picture of a photo, which stands upright.
-    thumbnail(number) {
+    // Returns a small picture of a photo, which stands upright; it is empty until the coarse photo is there.
+    frameOf(number) {
+      if (this.frames.has(number)) return this.frames.get(number);
       const frame = document.createElement("span"), image = new Image();
       frame.className = this.site.photos[number].turned ? "thumbnail turned" : "thumbnail";
       image.alt = "";
-      image.src = URL.createObjectURL(this.small[number]);
       frame.append(image);
+      this.frames.set(number, frame);
       return frame;
     }
 
@@ -123,15 +156,16 @@ quadratura.textures = (() => {
         this.changed();
       };
       const interleaved = ([a, b]) => { const out = new Uint8Array(2 * a.length); for (let i = 0; i < a.length; i++) { out[2 * i] = a[i]; out[2 * i + 1] = b[i]; } return out; };
-      const all = [...cut.map((page, i) => load(page, i, -1, this.cut, this.cutMattes, gl.RG, interleaved)),
-        ...hidden.map((page, i) => load(page, i, 0.3, this.hidden, this.hiddenTrusts, gl.RED, (planes) => planes[0]))];
+      const all = [...cut.slice(0, this.pages.cut).map((page, i) => load(page, i, -1, this.cut, this.cutMattes, gl.RG, interleaved)),
+        ...hidden.slice(0, this.pages.hidden).map((page, i) => load(page, i, 0.3, this.hidden, this.hiddenTrusts, gl.RED, (planes) => planes[0]))];
       return (await Promise.allSettled(all)).filter((page) => page.status === "rejected").length;
     }
 
     // Asks for the fine photos that a view needs most; `apart` tells how far a photo is from the view.
     want(apart) {
       this.apart = apart;
-      const order = this.state.map((_, i) => i).sort((a, b) => apart(a) - apart(b)).slice(0, this.slots);
+      if (!this.hasFar) return;
+      const order = this.state.slice(0, this.held).map((_, i) => i).sort((a, b) => apart(a) - apart(b)).slice(0, this.slots);
       for (const i of order) {
         const state = this.state[i];
         if (state.slot >= 0 || state.loading || state.failed) continue;
@@ -142,12 +176,16 @@ quadratura.textures = (() => {
     }
 
     async putNear(number, parts) {
-      const photo = this.site.photos[number], [width, height] = stored(photo, photo.stored).map((side) => Math.max(1, Math.round(side * this.scale)));
-      const bitmap = await picture(parts.colours, this.scale < 1 ? { resizeWidth: width, resizeHeight: height, resizeQuality: "high" } : {});
+      const gl = this.gl, photo = this.site.photos[number], whole = stored(photo, photo.stored);
+      const size = whole.map((side) => Math.ceil(side * this.scale));
+      const bitmap = await picture(parts.colours, this.scale < 1 ? { resizeWidth: size[0], resizeHeight: size[1], resizeQuality: "high" } : {});
       const free = this.holders.indexOf(-1);
       const slot = free >= 0 ? free : this.holders.reduce((worst, holder, i) => (this.apart(holder) > this.apart(this.holders[worst]) ? i : worst), 0);
       if (free < 0) this.state[this.holders[slot]].slot = -1;
-      this.put(this.near, slot, this.gl.RGBA, bitmap.width, bitmap.height, bitmap);
+      const plane = (name, from, to) => sampled(quadratura.summed(parts[name], from[0]), from, to);
+      this.put(this.labels, slot, gl.RED_INTEGER, ...size, plane("labels", whole, size));
+      this.put(this.trusts, slot, gl.RGBA, ...halved(size), mixed(WEIGHTS.map((name) => plane(name, halved(whole), halved(size)))));
+      this.put(this.near, slot, gl.RGBA, bitmap.width, bitmap.height, bitmap);
       bitmap.close();
       this.holders[slot] = number;
       Object.assign(this.state[number], { slot, since: performance.now() });
@@ -168,7 +206,7 @@ quadratura.textures = (() => {
 
     isFading(now) { return this.state.some((_, i) => { const fade = this.fade(i, now); return fade > 0 && fade < 1; }); }
 
-    isComplete() { return this.state.filter((state) => state.slot >= 0 || state.failed).length >= Math.min(this.slots, this.state.length); }
+    isComplete() { return this.hasFar && this.state.filter((state) => state.slot >= 0 || state.failed).length >= this.slots; }
   }
 
   return { Textures, stored };
