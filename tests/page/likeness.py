@@ -62,12 +62,27 @@ def where_opaque(expected, shown):
     return bytes(found)
 
 
+# Changes are those of means over squares of so many pixels: a thin line that moves from one pixel to the next does not pop.
+SQUARE = 4
+
+
+def squares(width, height, values):
+    """Yields the sums of R, G and B over each square of RGBA bytes; None where one is not wholly opaque."""
+    for top in range(0, height - SQUARE + 1, SQUARE):
+        for left in range(0, width - SQUARE + 1, SQUARE):
+            rows = [values[4 * (y * width + left):4 * (y * width + left + SQUARE)] for y in range(top, top + SQUARE)]
+            opaque = all(row[3::4].count(255) == SQUARE for row in rows)
+            yield [sum(sum(row[c::4]) for row in rows) for c in range(3)] if opaque else None
+
+
 def largest_changes(pictures):
-    """Returns by how much a value of RGB changes from each picture of RGBA bytes to the next, at most; transparent pixels say nothing."""
+    """Returns by how much the mean of a square changes from each picture to the next, at most; pictures are width, height, RGBA bytes."""
     before, found = None, []
-    for after in pictures:
+    for picture in pictures:
+        after = list(squares(*picture))
         if before:
-            pairs = zip(*(values[i::4] for values in (before, after) for i in range(4)))
-            found.append(max(max(abs(a - e), abs(b - f), abs(c - g)) for a, b, c, d, e, f, g, h in pairs if d == h == 255))
+            pairs = [(a, b) for a, b in zip(before, after) if a and b]
+            found.append(max(abs(x - y) for a, b in pairs for x, y in zip(a, b)) / SQUARE / SQUARE)
         before = after
     return found
+
