@@ -14,6 +14,9 @@ use quadratura_layers::fill::{Donor, DonorContent, Donors, FillSurfaces};
 use quadratura_projection::Projector;
 use quadratura_view::agreement::PhotoAgreement;
 
+/// The share of a filling's memory that decoded surroundings may take (by which it is divided); decoded photos may take the rest.
+pub(super) const SURROUNDINGS_SHARE: u64 = 4;
+
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {
     project: &'a Project,
@@ -53,8 +56,8 @@ pub(super) fn given_by_pin(
 }
 
 impl<'a> PhotoDonors<'a> {
-    /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
-    /// in use remain in memory.
+    /// Makes an empty cache for a site with its paint. `memory` is the filling's budget in bytes, of which decoded
+    /// photos take all but the share of surroundings; donors in use remain in memory.
     pub fn new(
         project: &'a Project,
         site: &'a Site,
@@ -95,7 +98,8 @@ impl<'a> PhotoDonors<'a> {
         let bytes =
             |entry: &(SeenPhoto, Option<Arc<Donor>>)| entry.1.as_ref().map_or(0, |donor| donor.bytes());
         let mut all: u64 = recent.iter().map(bytes).sum();
-        while all > self.memory && recent.len() > 1 {
+        let most = self.memory - self.memory / SURROUNDINGS_SHARE;
+        while all > most && recent.len() > 1 {
             all -= bytes(&recent.remove(0));
         }
     }

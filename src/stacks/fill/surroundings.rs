@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::donors::SURROUNDINGS_SHARE;
 use crate::layer_textures::LayerTextureFiles;
 use crate::surroundings::SiteSurroundings;
 use quadratura_base::error::{Error, Message, Result};
@@ -28,6 +29,7 @@ pub(super) struct SurroundingsFiller<'a> {
     agreement: Agreement,
     dome: Option<DomeSampler<'a>>,
     to_one_sky: &'a SurroundingsGains,
+    /// The most bytes of decoded layers.
     memory: u64,
     /// The photos that were used last, the most recent one at the end; `None` for one that shows no surroundings or
     /// cannot be read.
@@ -35,8 +37,9 @@ pub(super) struct SurroundingsFiller<'a> {
 }
 
 impl<'a> SurroundingsFiller<'a> {
-    /// Makes the filler; `memory` is the budget in bytes for decoded layers.
+    /// Makes the filler; `memory` is the filling's budget in bytes, of which decoded layers of surroundings take their share.
     pub fn new(surroundings: &'a SiteSurroundings, gains: &'a Gains, memory: u64) -> Self {
+        let memory = memory / SURROUNDINGS_SHARE;
         let (files, sources) = (surroundings.files(), surroundings.sources());
         let evidence = surroundings.whole();
         let none = Agreement::new(&[], sources);
