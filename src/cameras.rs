@@ -6,7 +6,7 @@
 //! # Read cameras
 //!
 //! [`read_cameras`] reads a file or folder of any reconstruction that the program reads: those of COLMAP, Metashape, Meshroom,
-//! OpenSfM, OpenMVG, nerfstudio, VisualSFM, Bundler, RealityScan and fSpy.
+//! OpenSfM, OpenMVG, nerfstudio, VisualSFM, Bundler, RealityScan, fSpy, Pix4D, MVE and Polycam.
 //!
 //! ```
 //! use quadratura::cameras::read_cameras;
