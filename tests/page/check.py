@@ -7,6 +7,7 @@ iwer, which emulates a headset. Every fault is a line; the exit status is 1 wher
 """
 
 import json
+import math
 import os
 import shutil
 import sys
@@ -15,7 +16,7 @@ import urllib.parse
 
 from browser import Browser
 from likeness import largest_changes, likeness, read_png, where_opaque
-from pages import Handler, accessibility, expect, faults, from_disk_and_over_http, in_a_headset, local, opened, served
+from pages import FRAMES, Handler, accessibility, expect, faults, from_disk_and_over_http, in_a_headset, local, opened, served
 
 # Frames on the processor take long, and other work may go on beside.
 SMALL = (360, 240)
@@ -189,6 +190,26 @@ def in_two_tabs(browser, base):
     expect(browser.evaluate("quadratura.walker.painter.gl.isContextLost()") is False, "the first tab goes on")
 
 
+def by_pointing(browser):
+    """In a headset a hand that points at the ground goes there, and one that points at the sky goes nowhere."""
+    where = "[...quadratura.walker.eye]"
+    for tilt, moves in [(0.6, False), (-0.6, True)]:
+        before = browser.evaluate(where)
+        browser.evaluate(f"""(async () => {{
+            {FRAMES}
+            const hand = device.controllers.right;
+            hand.position.set(0.2, 1.3, -0.2);
+            hand.quaternion.set(Math.sin({tilt} / 2), 0, 0, Math.cos({tilt} / 2));
+            await frames(2);
+            hand.updateButtonValue("trigger", 1);
+            await frames(3);
+            hand.updateButtonValue("trigger", 0);
+            await frames(3);
+        }})()""")
+        far = math.dist(before, browser.evaluate(where))
+        expect((far > 0.1) == moves, f"a hand that points {'down' if moves else 'up'} moves the visitor by {far:.2f}")
+
+
 def main(page, chromium, expected=None, axe=None, emulator=None):
     with tempfile.TemporaryDirectory() as folder, Browser(chromium, *SMALL) as browser:
         place = os.path.join(folder, "the squ\u00e4re & more")
@@ -207,7 +228,7 @@ def main(page, chromium, expected=None, axe=None, emulator=None):
         if axe:
             accessibility(browser, base, axe, "document.getElementById('places-button').click()")
         if emulator:
-            halves = in_a_headset(browser, base, emulator)
+            halves = in_a_headset(browser, base, emulator, by_pointing)
             expect(min(sum(halves[:3]), sum(halves[4:7])) > 30, f"both eyes see something: {halves}")
         if expected:
             likenesses(browser, page, expected)

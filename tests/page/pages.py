@@ -74,9 +74,17 @@ def accessibility(browser, base, axe, prepare="0"):
         expect(not found, f"axe-core finds nothing in the {scheme} scheme: {found}")
 
 
-def in_a_headset(browser, base, emulator):
-    """Enters a headset that a script emulates, waits for frames, moves the head, and leaves. Returns the first frame's mean colours of
-    the left and the right half."""
+FRAMES = """const frames = async (wanted) => {
+            let count = 0;
+            const next = () => { count++; device.activeSession.requestAnimationFrame(next); };
+            device.activeSession.requestAnimationFrame(next);
+            while (count < wanted) await new Promise((resolve) => setTimeout(resolve, 50));
+        };"""
+
+
+def in_a_headset(browser, base, emulator, meanwhile=None):
+    """Enters a headset that a script emulates, waits for frames, does what is to be done meanwhile, and leaves. Returns the mean
+    colours of the first frame's left and right half."""
     source = open(emulator).read() + """;
         window.device = new (window.IWER || IWER).XRDevice((window.IWER || IWER).metaQuest3);
         window.device.installRuntime({ forceInstall: true });
@@ -87,12 +95,7 @@ def in_a_headset(browser, base, emulator):
         expect(browser.wait("!document.getElementById('vr').hidden", 30), "a headset is offered where there is one")
         browser.call("Runtime.evaluate", expression="document.getElementById('vr').click()", userGesture=True)
         browser.wait("Boolean(quadratura.inHeadset && device.activeSession)", 60)
-        browser.evaluate("""(async () => {
-            let frames = 0;
-            const count = () => { frames++; device.activeSession.requestAnimationFrame(count); };
-            device.activeSession.requestAnimationFrame(count);
-            while (frames < 4) await new Promise((resolve) => setTimeout(resolve, 50));
-        })()""")
+        browser.evaluate(f"(async () => {{ {FRAMES} await frames(4); }})()")
         halves = browser.evaluate("""(() => {
             const canvas = document.createElement("canvas"), from = device.appCanvas || document.getElementById("view");
             [canvas.width, canvas.height] = [2, 1];
@@ -100,6 +103,8 @@ def in_a_headset(browser, base, emulator):
             context.drawImage(from, 0, 0, 2, 1);
             return [...context.getImageData(0, 0, 2, 1).data];
         })()""")
+        if meanwhile:
+            meanwhile(browser)
         browser.evaluate("device.activeSession.end()")
         browser.wait("!quadratura.inHeadset", 30)
         expect(not browser.messages(), f"with a headset nothing is thrown: {browser.messages()[:3]}")
