@@ -48,8 +48,7 @@
     quadratura.visit(painter, site, geometry);
     const lost = await Promise.all([painter.textures.all, painter.textures.loadPages()]);
     const { held } = painter.textures, count = site.photos.length;
-    if (lost[0]) quadratura.say("Some photos could not be loaded.");
-    else if (lost[1]) quadratura.say("Some hidden parts could not be loaded.");
+    if (lost[0] || lost[1]) quadratura.say("Some pictures could not be loaded.");
     else if (held < count) quadratura.say("This device shows " + held + " of " + count + " photos.");
   }
 

@@ -134,7 +134,7 @@ quadratura.tables = (() => {
           cx, cy, ...falloff,
           photo.sky ? ++sky : 0, photo.sky ? exposure.skyShare * exposure.left[i] : 0, fade, 0,
           ...scale(photo.stored, near, textures.scale), Math.max(state.slot, 0), photo.stored[0] / width * textures.scale,
-          ...scale(photo.far, far, 1), i, Math.ceil(photo.far[0] / 2) / width,
+          ...scale(photo.far, far, 1), i < textures.held ? i : -1, Math.ceil(photo.far[0] / 2) / width,
           storedWidth, storedHeight, fade, -Math.log2(fine * fade + coarse * (1 - fade)),
         ], 4 * PHOTO_WORDS * i);
       });

@@ -85,6 +85,7 @@ vec3 known_coarsely(uint set, vec2 cell, float number) {
 vec3 known_of_photo(uint number, uint set, vec2 at) {
     vec4 place = photo_word(number, 10), fine = photo_word(number, 8), coarse = photo_word(number, 9);
     at = clamp(at, vec2(0.0), place.xy - 1.0);
+    if (coarse.z < 0.0) return vec3(0.0);
     vec3 a = place.z < 1.0 ? known_coarsely(set, at * coarse.w, coarse.z) : vec3(0.0);
     vec3 b = place.z > 0.0 ? known_finely(set, at * fine.w, fine.z) : vec3(0.0);
     return vec3(mix(a.x, b.x, place.z), a.x == 0.0 ? b.yz : b.x == 0.0 ? a.yz : mix(a.yz, b.yz, place.z));

@@ -24,6 +24,8 @@ quadratura.textures = (() => {
   const picture = (bytes, options) => quadratura.pictureOf(bytes, "image/jpeg", options);
   // The size of a photo's picture as it is stored.
   const stored = (photo, size) => (photo.turned ? [size[1], size[0]] : size);
+  // Returns how many of several chunks could not be read.
+  const lost = async (all) => (await Promise.allSettled(all)).filter(({ status }) => status === "rejected").length;
   const halved = (size) => size.map((side) => Math.ceil(side / 2));
   const largest = (sizes) => sizes.reduce((a, b) => [Math.max(a[0], b[0]), Math.max(a[1], b[1])], [1, 1]);
 
@@ -113,10 +115,10 @@ quadratura.textures = (() => {
         this.changed();
       };
       const chunks = this.site.far.map(load);
-      this.all = Promise.allSettled(chunks).then((found) => {
+      this.all = lost(chunks).then((count) => {
         this.hasFar = true;
         this.changed();
-        return found.filter((chunk) => chunk.status === "rejected").length;
+        return count;
       });
       return chunks[0];
     }
@@ -143,7 +145,7 @@ quadratura.textures = (() => {
     }
 
     // Reads the pages of tiles: those of layers that one sees through first.
-    async loadPages() {
+    loadPages() {
       const gl = this.gl, { hidden, cut } = this.site;
       const load = async ({ chunk, rows }, layer, rank, colours, others, format, mix) => {
         const parts = await quadratura.load(chunk, () => rank);
@@ -158,7 +160,7 @@ quadratura.textures = (() => {
       const interleaved = ([a, b]) => { const out = new Uint8Array(2 * a.length); for (let i = 0; i < a.length; i++) { out[2 * i] = a[i]; out[2 * i + 1] = b[i]; } return out; };
       const all = [...cut.slice(0, this.pages.cut).map((page, i) => load(page, i, -1, this.cut, this.cutMattes, gl.RG, interleaved)),
         ...hidden.slice(0, this.pages.hidden).map((page, i) => load(page, i, 0.3, this.hidden, this.hiddenTrusts, gl.RED, (planes) => planes[0]))];
-      return (await Promise.allSettled(all)).filter((page) => page.status === "rejected").length;
+      return lost(all);
     }
 
     // Asks for the fine photos that a view needs most; `apart` tells how far a photo is from the view.
