@@ -120,6 +120,20 @@ const OTHERS: &[(&Command, &str)] = &[
     (&flight::STILL, "Picture of the view…"),
 ];
 
+/// Draws buttons for formats with dialogs of their own; returns the one that is clicked.
+fn others(ui: &mut Ui, view: &DialogsView<'_>, row: &'static [(&Command, &str)]) -> Option<&'static Command> {
+    let mut clicked = None;
+    for (command, text) in row {
+        let ready = view.commands.ready(command);
+        let button = ui.add_enabled(ready.is_ok(), Button::new(*text).small());
+        let button = button.on_hover_text(command.tooltip);
+        if button.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
+            clicked = Some(*command);
+        }
+    }
+    clicked
+}
+
 fn export_ui(
     context: &Context,
     view: &DialogsView<'_>,
@@ -138,14 +152,10 @@ fn export_ui(
             ui.horizontal(|ui| programs(ui, dialog));
             ui.end_row();
             ui.label("Photo, view, face");
-            ui.horizontal_wrapped(|ui| {
-                for (command, text) in OTHERS {
-                    let ready = view.commands.ready(command);
-                    let button = ui.add_enabled(ready.is_ok(), Button::new(*text).small());
-                    let button = button.on_hover_text(command.tooltip);
-                    if button.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-                        other = Some(*command);
-                    }
+            ui.vertical(|ui| {
+                // A row of a grid does not grow with what wraps in it.
+                for row in OTHERS.chunks(3) {
+                    ui.horizontal(|ui| other = others(ui, view, row).or(other));
                 }
             });
             ui.end_row();
