@@ -68,7 +68,8 @@ fn about_photos(
 ) -> Result<(String, Value)> {
     let mut overview = PhotoStateTable::default();
     let mut table = StackTable::default();
-    let mut untextured = UntexturedReport::default();
+    let in_detail = !args.photos.names.is_empty();
+    let mut untextured = UntexturedReport::new(in_detail);
     let mut filling = FillTable::default();
     let mut layers = LayerTable::default();
     let mut mattes = UnknownMattes::default();
@@ -105,7 +106,6 @@ fn about_photos(
             table.add(photo, LEFT_OUT, None);
         });
     }
-    let in_detail = !args.photos.names.is_empty();
     let model = &opened.site.model;
     let missing = stale_decisions(&opened.project.decisions, &opened.site);
     missing.iter().for_each(|note| task.note(note.clone()));
@@ -119,7 +119,7 @@ fn about_photos(
         layers.text(in_detail, &opened.project.options),
         propagated.text("paint of other photos, projected to what a photo shows"),
     );
-    text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
+    text.push_str(&untextured.text());
     let stale = stale(&opened.site, store)?;
     if !stale.is_empty() {
         text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", stale.join(", ")));
@@ -201,9 +201,10 @@ fn cannot_turn(refused: &RefusedImpostors) -> String {
 /// Returns the present inputs of fillings. A stack that cannot be read is left out here and reported
 /// elsewhere.
 fn fill_inputs_now(folder: &Path, project: &Project, site: &Site, store: &StackStore) -> Result<FillInputs> {
-    let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
-    let stacks: Vec<Option<Stack>> = site.photos.iter().map(stack).collect();
-    FillInputs::new(folder, project, site, &stacks, &project.fill)
+    let stamp =
+        |photo: &Photo| store.current(&photo.name).ok().flatten().map(|stack| stack.inputs().to_owned());
+    let stamps: Vec<Option<String>> = site.photos.iter().map(stamp).collect();
+    FillInputs::of_stamps(folder, project, site, &stamps, &project.fill)
 }
 
 /// Reports where paint is seen.

@@ -13,71 +13,82 @@ use quadratura_stacks::untextured::untextured;
 /// Maximum number of faces in the list for people; JSON has all of them.
 const MOST_FACES: usize = 40;
 
-/// The untextured faces of several stacks.
+/// The numbers of faces by reason.
+type Numbers = BTreeMap<UntexturedReason, usize>;
+
+/// The untextured faces of several stacks. It keeps the faces of each photo only in detail: a site of hundreds of photos has millions.
 #[derive(Debug, Default)]
 pub struct UntexturedReport {
-    photos: Vec<(String, Vec<stack::Untextured>)>,
+    in_detail: bool,
+    photos: Vec<(String, Numbers)>,
+    /// For each face the number of photos by reason.
+    faces: BTreeMap<(String, FaceIndex), Numbers>,
+    by_photo: BTreeMap<String, Vec<stack::Untextured>>,
 }
 
 impl UntexturedReport {
-    /// Adds the untextured faces of a photo's stack and the faces that exclude the photo.
-    pub fn add(&mut self, stack: &Stack, decided: &PhotoDecisions) {
-        self.photos.push((stack.photo.name.clone(), untextured(stack, decided)));
+    /// Makes an empty report, in detail or not.
+    pub fn new(in_detail: bool) -> Self {
+        Self { in_detail, ..Self::default() }
     }
 
-    /// Returns the numbers by photo and reason, and the faces that no photo textures.
-    pub fn summary(&self) -> String {
+    /// Adds the untextured faces of a photo's stack and the faces that exclude the photo.
+    pub fn add(&mut self, stack: &Stack, decided: &PhotoDecisions) {
+        let faces = untextured(stack, decided);
+        let mut numbers = Numbers::new();
+        for face in &faces {
+            *numbers.entry(face.reason).or_default() += 1;
+            let of_face = self.faces.entry((face.object.clone(), face.face)).or_default();
+            *of_face.entry(face.reason).or_default() += 1;
+        }
+        let name = stack.photo.name.clone();
+        self.photos.push((name.clone(), numbers));
+        if self.in_detail {
+            self.by_photo.insert(name, faces);
+        }
+    }
+
+    /// Returns the report in words: every face, photo by photo, in detail; else the numbers by photo and reason, and the faces that
+    /// no photo textures.
+    pub fn text(&self) -> String {
+        match self.in_detail {
+            true => self.by_photo.iter().map(|(photo, faces)| of_photo(photo, faces)).collect(),
+            false => self.summary(),
+        }
+    }
+
+    fn summary(&self) -> String {
         if self.photos.is_empty() {
             return String::new();
         }
         let mut headings = vec!["faces without texture"];
         headings.extend(UntexturedReason::ALL.map(UntexturedReason::word));
         let mut table = Table::new(&headings);
-        for (photo, faces) in &self.photos {
-            let count = |reason| faces.iter().filter(|face| face.reason == reason).count().to_string();
+        for (photo, numbers) in &self.photos {
+            let count = |reason| numbers.get(&reason).copied().unwrap_or_default().to_string();
             table.row([photo.clone()].into_iter().chain(UntexturedReason::ALL.map(count)));
         }
         format!("{}{}", table.render(), self.nowhere_in_words())
     }
 
-    /// Returns every face, photo by photo.
-    pub fn by_photo(&self) -> String {
-        let mut text = String::new();
-        for (photo, faces) in &self.photos {
-            text.push_str(&format!("{photo}: {} without texture\n", counted(faces.len(), "face")));
-            let mut table = Table::default();
-            for face in faces {
-                table.row([format!("  {}[{}]", face.object, face.face), face.in_words()]);
-            }
-            text.push_str(&table.render());
-        }
-        text
-    }
-
-    /// Returns the faces by photo, and those that no photo textures, as JSON.
+    /// Returns the numbers by photo, in detail the faces, too, and the faces that no photo textures, as JSON.
     pub fn to_json(&self) -> Value {
-        let by_photo: BTreeMap<_, _> =
-            self.photos.iter().map(|(photo, faces)| (photo, json!(faces))).collect();
+        let numbers: BTreeMap<_, _> = self.photos.iter().map(|(photo, numbers)| (photo, numbers)).collect();
         let nowhere: Vec<_> = self
             .nowhere()
-            .into_iter()
             .map(|((object, face), reasons)| json!({ "object": object, "face": face, "reasons": reasons }))
             .collect();
-        json!({ "by_photo": by_photo, "in_every_photo": nowhere })
+        json!({ "numbers": numbers, "by_photo": self.by_photo, "in_every_photo": nowhere })
     }
 
     /// Returns the faces that no photo textures, with the number of photos by reason.
-    fn nowhere(&self) -> BTreeMap<(&str, FaceIndex), BTreeMap<UntexturedReason, usize>> {
-        let mut faces: BTreeMap<_, BTreeMap<UntexturedReason, usize>> = BTreeMap::new();
-        for face in self.photos.iter().flat_map(|(_, faces)| faces) {
-            *faces.entry((face.object.as_str(), face.face)).or_default().entry(face.reason).or_default() += 1;
-        }
-        faces.retain(|_, reasons| reasons.values().sum::<usize>() == self.photos.len());
-        faces
+    fn nowhere(&self) -> impl Iterator<Item = (&(String, FaceIndex), &Numbers)> {
+        let is_nowhere = |reasons: &Numbers| reasons.values().sum::<usize>() == self.photos.len();
+        self.faces.iter().filter(move |(_, reasons)| is_nowhere(reasons))
     }
 
     fn nowhere_in_words(&self) -> String {
-        let faces = self.nowhere();
+        let faces: Vec<_> = self.nowhere().collect();
         if faces.is_empty() {
             return "\nEvery face is textured by at least one photo.\n".into();
         }
@@ -93,4 +104,13 @@ impl UntexturedReport {
         };
         format!("\n{} not textured by any photo:\n{}{more}", counted(faces.len(), "face"), table.render())
     }
+}
+
+/// Returns every untextured face of a photo in words.
+fn of_photo(photo: &str, faces: &[stack::Untextured]) -> String {
+    let mut table = Table::default();
+    for face in faces {
+        table.row([format!("  {}[{}]", face.object, face.face), face.in_words()]);
+    }
+    format!("{photo}: {} without texture\n{}", counted(faces.len(), "face"), table.render())
 }

@@ -305,27 +305,36 @@ fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> R
 /// program; decisions about layers have no influence. Photos without a stack are represented by their camera alone,
 /// so the gains are estimated again once they have one.
 pub fn inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>]) -> String {
+    inputs_of_stamps(site, &stamps(stacks))
+}
+
+/// Returns the same of the inputs of the photos' stacks ([`Stack::inputs`]), in the site's order.
+pub fn inputs_of_stamps(site: &Site, stamps: &[Option<String>]) -> String {
     let photos: Vec<_> =
-        site.photos.iter().zip(stacks).map(|(photo, stack)| of_photo(photo, stack)).collect();
+        site.photos.iter().zip(stamps).map(|(photo, stamp)| of_photo(photo, stamp)).collect();
     let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), INPUTS_VERSION, photos));
     hash_bytes(&text.expect("plain data is JSON"))
 }
 
-/// Returns the same for each photo, in the site's order.
-pub fn photo_inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>]) -> Vec<String> {
-    let hash = |(photo, stack)| {
-        let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), INPUTS_VERSION, of_photo(photo, stack)));
-        hash_bytes(&text.expect("plain data is JSON"))
-    };
-    site.photos.iter().zip(stacks).map(hash).collect()
+/// Returns what each stack was made from.
+fn stamps(stacks: &[Option<impl Borrow<Stack>>]) -> Vec<Option<String>> {
+    stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().inputs().to_owned())).collect()
 }
 
-/// Returns what [`inputs`] hashes of a photo.
-fn of_photo(photo: &Photo, stack: &Option<impl Borrow<Stack>>) -> impl serde::Serialize {
+/// Returns the same for each photo, in the site's order.
+pub fn photo_inputs(site: &Site, stacks: &[Option<impl Borrow<Stack>>]) -> Vec<String> {
+    let hash = |(photo, stamp): (&Photo, &Option<String>)| {
+        let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), INPUTS_VERSION, of_photo(photo, stamp)));
+        hash_bytes(&text.expect("plain data is JSON"))
+    };
+    site.photos.iter().zip(&stamps(stacks)).map(hash).collect()
+}
+
+/// Returns what [`inputs`] hashes of a photo with the inputs of its stack.
+fn of_photo(photo: &Photo, stamp: &Option<String>) -> impl serde::Serialize {
     let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
     let pose = (photo.pose.rotation_rows(), photo.pose.translation);
-    let stack = stack.as_ref().map(|stack| stack.borrow().inputs().to_owned());
-    (photo.name.clone(), camera, pose, stack)
+    (photo.name.clone(), camera, pose, stamp.clone())
 }
 
 /// Returns the decisions about the gains themselves, without the exposure of views, as JSON; empty where there are

@@ -153,14 +153,15 @@ impl<'a> Turns<'a> {
             return Ok((FillCheck::Same, held));
         }
         let photos = &now.site.photos;
-        let stacks = photos.iter().map(|photo| self.store.current(&photo.name));
-        let stacks: Vec<Option<Stack>> = stacks.collect::<Result<_>>()?;
+        let stamp = |stack: Stack| stack.inputs().to_owned();
+        let stamps = photos.iter().map(|photo| Ok(self.store.current(&photo.name)?.map(stamp)));
+        let stamps: Vec<Option<String>> = stamps.collect::<Result<_>>()?;
         let id = now.site.photo_named(&stack.photo.name).ok_or(Error::Cancelled)?;
         if !is_made_from(&now.project, &now.site, now.site.photo(id), &stack.inputs)? {
             return Err(Error::Cancelled);
         }
         let of_now =
-            FillInputs::new(self.store.project(), &now.project, &now.site, &stacks, &now.project.fill)?;
+            FillInputs::of_stamps(self.store.project(), &now.project, &now.site, &stamps, &now.project.fill)?;
         if of_now.of_stack(stack) == made.of_stack(stack) {
             Ok((FillCheck::Same, held))
         } else if of_now.differs_in_paint_alone(made) {

@@ -121,7 +121,7 @@ fn excluded_and_pinned_faces_are_told_and_need_no_build() {
     assert_eq!(wall["photos"][1]["decided"], Value::Null);
     let floor = stdout_of(&site.run("info project --face floor[0]").success());
     assert!(floor.contains("pinned to this photo; in wall, floor"), "{floor}");
-    let info = json_of(&site.run("info project --json").success());
+    let info = json_of(&site.run("info project --photo left --json").success());
     assert_eq!(info["untextured"]["by_photo"]["left.png"][1]["reason"], "excluded", "{info:#}");
     site.run("decide project --reset").success();
     assert!(!project_file(&site).contains("decisions"));

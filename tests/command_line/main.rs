@@ -205,7 +205,14 @@ fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
 
     let json = site.json("info project --json");
     assert_eq!(json["untextured"]["in_every_photo"][0]["object"], "shed");
-    assert_eq!(json["untextured"]["by_photo"][PHOTOS[1]][0]["reason"], "hidden");
+    assert_eq!(json["untextured"]["numbers"][PHOTOS[1]]["hidden"], 1);
+    assert_eq!(
+        json["untextured"]["by_photo"],
+        serde_json::json!({}),
+        "faces are listed of photos that are named"
+    );
+    let json = site.json("info project --photo left --json");
+    assert_eq!(json["untextured"]["by_photo"]["left.png"][0]["reason"], "hidden");
     let json = site.json("info project --face shed[0] --json");
     assert_eq!(json["photos"][0]["untextured"]["by"], "box 0[0]");
 }

@@ -26,7 +26,7 @@ fn without_wall(format: &'static str) -> Option<Studio> {
 }
 
 fn stack_of(studio: &Studio) -> Value {
-    studio.site.json("info project --json")["untextured"]["by_photo"]["left.png"].clone()
+    studio.site.json("info project --photo left.png --json")["untextured"]["by_photo"]["left.png"].clone()
 }
 
 /// Everything of a document but the photo and the guides, over nothing.

@@ -96,6 +96,22 @@ impl FillInputs {
         stacks: &[Option<Stack>],
         options: &FillOptions,
     ) -> Result<Self> {
+        let stamps: Vec<Option<String>> =
+            stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.inputs().to_owned())).collect();
+        Self::of_stamps(folder, project, site, &stamps, options)
+    }
+
+    /// Collects the same from what the photos' stacks were made from ([`Stack::inputs`]), in the site's order.
+    ///
+    /// # Errors
+    /// Returns an error when the paint book cannot be read.
+    pub fn of_stamps(
+        folder: &Path,
+        project: &Project,
+        site: &Site,
+        stamps: &[Option<String>],
+        options: &FillOptions,
+    ) -> Result<Self> {
         let decisions = &project.decisions;
         let excluded = decided(decisions, |decided| &decided.exclude);
         let pins = decided(decisions, |decided| &decided.pin);
@@ -104,7 +120,7 @@ impl FillInputs {
         Ok(Self {
             mattes: if has_mattes { format!("mattes {MATTES_VERSION}") } else { String::new() },
             around: PaintAround::new(&book, options, picture_stamp(folder, project)),
-            stacks: gains::inputs(site, stacks),
+            stacks: gains::inputs_of_stamps(site, stamps),
             options: options.clone(),
             decided: format!("{}{excluded}", gains::decisions(&project.colour)),
             pinned: format!("propagation {PROPAGATION_VERSION} {pins}"),
@@ -262,8 +278,9 @@ pub fn stale_among(
 /// Returns an error when the paint book cannot be read, and of stacks that cannot be compared with the project.
 pub fn photos_to_fill(folder: &Path, project: &Project, site: &Site) -> Result<Vec<PhotoId>> {
     let states = super::stacks::states(project, site, &StackStore::new(folder))?;
-    let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
-    let inputs = FillInputs::new(folder, project, site, &stacks, &project.fill)?;
+    let stamps: Vec<Option<String>> =
+        states.iter().map(|state| state.stack().map(|stack| stack.inputs().to_owned())).collect();
+    let inputs = FillInputs::of_stamps(folder, project, site, &stamps, &project.fill)?;
     let waits = |state: &StackState| match state {
         StackState::Current(stack) => FillState::new(stack, &inputs) != FillState::Current,
         StackState::Stale(_) => true,
