@@ -39,6 +39,15 @@ pub struct Loaded {
     pub left_out: usize,
 }
 
+/// What becomes of requests that the budget does not hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Shortage {
+    /// Coarser levels take the place of what does not fit.
+    Coarser,
+    /// They are refused.
+    Refused,
+}
+
 /// The layer textures' tiles on the device.
 pub struct TileStore {
     gpu: Gpu,
@@ -154,6 +163,19 @@ impl TileStore {
     /// [`quadratura_base::Error::Cancelled`]; tiles loaded until then remain. [`quadratura_base::Error::Gpu`] when the device has
     /// no memory at all; where it has less than the budget, less is resident.
     pub fn load(&mut self, wants: &[TileRequest], task: &Task) -> Result<Loaded> {
+        self.load_as(wants, Shortage::Coarser, task)
+    }
+
+    /// As [`Self::load`], but where the budget does not hold all, nothing is there to be drawn with: [`Loaded::left_out`] says
+    /// that less has to be asked for. What was decoded to know that is remembered.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_if_it_fits(&mut self, wants: &[TileRequest], task: &Task) -> Result<Loaded> {
+        self.load_as(wants, Shortage::Refused, task)
+    }
+
+    fn load_as(&mut self, wants: &[TileRequest], shortage: Shortage, task: &Task) -> Result<Loaded> {
         let wants = self.mattes.and_requests(wants);
         let wants = &*wants;
         if wants == self.settled.0 {
@@ -161,11 +183,12 @@ impl TileStore {
         }
         let mut loaded = Loaded::default();
         if !self.residency.is_resident(wants) {
-            let result = self.load_absent(wants, &mut loaded, task);
+            let result = self.load_absent(wants, shortage, &mut loaded, task);
             self.write_tables();
             result?;
         }
-        self.settled = (wants.to_vec(), loaded.left_out);
+        let is_refused = shortage == Shortage::Refused && loaded.left_out > 0;
+        self.settled = (if is_refused { Vec::new() } else { wants.to_vec() }, loaded.left_out);
         Ok(loaded)
     }
 

@@ -61,6 +61,10 @@ pub struct Sliced {
     column: u32,
     tiles: Vec<DrawnTile>,
     pace: SlicePace,
+    /// The largest numbers of columns and rows of a tile whose texels fit into memory, as far as is known.
+    most: [u32; 2],
+    /// Whether texels of some tile did not fit, however small it was.
+    is_coarser: bool,
 }
 
 /// A part of the image as it was drawn, rows from the top.
@@ -87,6 +91,8 @@ impl Sliced {
             column: 0,
             tiles: Vec::new(),
             pace: SlicePace::Shared(FIRST_PER_PX_S),
+            most: [u32::MAX; 2],
+            is_coarser: false,
         }
     }
 
@@ -141,13 +147,53 @@ impl Sliced {
                 SlicePace::Shared(per_px_s) => (WANTED_S / per_px_s).clamp(LEAST_PX, MOST_PX),
             };
             let rows = (px / f64::from(width.min(longest))).ceil().min(f64::from(left)) as u32;
-            self.rows = rows.next_multiple_of(cell_px).clamp(1, left);
+            self.rows = rows.next_multiple_of(cell_px).min(self.most[1]).clamp(1, left);
         }
         shot.camera.height = self.rows;
-        shot.camera.width = (width - self.column).min(longest);
+        shot.camera.width = (width - self.column).min(longest).min(self.most[0]);
         shot.camera.cy -= f64::from(self.row);
         shot.camera.cx -= f64::from(self.column);
         shot
+    }
+
+    /// Returns whether the present tile, with cells of this side, can be divided: while nobody waits for the device, down to one cell.
+    pub fn is_divisible(&self, cell_px: u32) -> bool {
+        let is_alone = matches!(self.pace, SlicePace::Alone(_));
+        is_alone && (self.may_be_lower(cell_px) || self.columns() > cell_px)
+    }
+
+    /// Makes the present tile and all later ones half as large, in whole cells of this side, because memory does not hold the texels that it
+    /// needs: of fewer rows, then of fewer columns. Returns false where it cannot be divided.
+    pub fn halve(&mut self, cell_px: u32) -> bool {
+        let half = |px: u32| (px / 2).next_multiple_of(cell_px);
+        if !self.is_divisible(cell_px) {
+            return false;
+        }
+        match self.may_be_lower(cell_px) {
+            true => self.most[1] = half(self.rows),
+            false => self.most[0] = half(self.columns()),
+        }
+        true
+    }
+
+    /// Returns whether the present tile is the first one of its rows, of which there may be fewer.
+    fn may_be_lower(&self, cell_px: u32) -> bool {
+        self.column == 0 && self.rows > cell_px
+    }
+
+    /// Returns the largest number of columns of the present tile.
+    fn columns(&self) -> u32 {
+        (self.drawn.camera.width - self.column).min(self.most[0]).min(LONGEST_PX)
+    }
+
+    /// Notes that texels of a tile are coarser than it needs, because memory does not hold them.
+    pub fn becomes_coarser(&mut self) {
+        self.is_coarser = true;
+    }
+
+    /// Returns whether texels of some tile are coarser than it needs, because memory does not hold them.
+    pub fn is_coarser(&self) -> bool {
+        self.is_coarser
     }
 
     /// Returns the exposure of the whole image.
@@ -417,5 +463,23 @@ mod tests {
             [0.5, 1.0, 1.001, 1.1, 2.0, 3.0, 8.0, 50.0].map(width),
             [60, 60, 60, 66, 120, 120, 240, 480]
         );
+    }
+
+    #[test]
+    fn tiles_are_halved_to_one_cell_where_nobody_waits_and_the_later_ones_stay_small() {
+        let shot = Shot::new(centred(100, 90, 100.0), camera_is_world());
+        let size = |tile: &Shot| [tile.camera.width, tile.camera.height];
+        let mut sliced = Sliced::new(&shot, ViewExposure::default());
+        sliced.tile(16);
+        assert!(!sliced.is_divisible(16) && !sliced.halve(16), "a window waits");
+        let mut sliced = sliced.alone();
+        let mut sizes = vec![size(&sliced.tile(16))];
+        while sliced.halve(16) {
+            sizes.push(size(&sliced.tile(16)));
+        }
+        assert_eq!(sizes, [[100, 90], [100, 48], [100, 32], [100, 16], [64, 16], [32, 16], [16, 16]]);
+        assert!(!sliced.is_coarser());
+        let (picture, count) = drawn(sliced, 16);
+        assert_eq!((picture.width, picture.height, count), (100, 90, 42));
     }
 }

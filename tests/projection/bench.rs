@@ -218,6 +218,13 @@ impl Bench {
         renderer
     }
 
+    /// A renderer of flat faces with this texture memory.
+    pub fn renderer_within(&self, textures: TextureOptions) -> Renderer {
+        let tiles = TileStore::new(&self.gpu, &self.sources, self.texels.clone(), textures).unwrap();
+        let (model, gains) = (self.site.model.clone(), self.gains.clone());
+        Renderer::new(&self.gpu, model, self.sources.clone(), gains, &Relief::default(), tiles).unwrap()
+    }
+
     pub fn twin(&self, relief: &Relief) -> ReferenceRenderer {
         let options = TextureOptions::default().pyramid;
         let (model, sources) = (self.site.model.clone(), self.sources.clone());

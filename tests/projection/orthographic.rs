@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use quadratura::task::Task;
-use quadratura::testing::projection::Renders;
 use quadratura::testing::projection::relief::Relief;
+use quadratura::testing::projection::{Renders, Storage, TextureOptions};
 use quadratura::testing::scene::FaceId;
 use quadratura::testing::view::{Exposure, Mode, PicturePlane, Quality, Shot};
 
@@ -110,4 +110,49 @@ fn tiles_of_an_orthographic_picture_are_the_picture() {
     assert_eq!(rows.len(), whole.rgba.len());
     // Positions are rounded relative to a tile's corner, so that a few samples at outlines fall to the other side.
     assert!(100_000 * apart < rows.len(), "{apart} of {}", rows.len());
+}
+
+/// Draws a view in slices with texture memory of so many tiles; returns whether it is said that this is not enough.
+fn drawn_within(bench: &Bench, tiles: u64, shot: &Shot) -> (Vec<u8>, bool) {
+    let budget_bytes = tiles * Storage::Plain.slot_bytes();
+    let textures = TextureOptions { budget_bytes, ..TextureOptions::default() };
+    let (mut renderer, task) = (bench.renderer_within(textures), Task::silent());
+    let mut sliced = renderer.begin(shot, &task).unwrap().alone_within(&textures);
+    while !renderer.advance(&mut sliced, &task).unwrap() {}
+    let is_coarser = sliced.is_coarser();
+    (sliced.picture().rgba, is_coarser)
+}
+
+/// The shares of bytes that differ at all, and by more than bands that begin at other rows make of positions of 24 bits.
+fn apart(a: &[u8], b: &[u8]) -> [f64; 2] {
+    let share = |more_than: u8| {
+        let differ = a.iter().zip(b).filter(|(a, b)| a.abs_diff(**b) > more_than).count();
+        differ as f64 / a.len() as f64
+    };
+    [share(0), share(2)]
+}
+
+#[test]
+fn little_memory_shows_the_same_in_smaller_bands_and_far_too_little_is_said() {
+    let Some(bench) = Bench::piazza(&["01", "02", "03", "08"]) else { return };
+    let of_size = |size_px| {
+        let shot = Shot::orthographic(&facade(), size_px, 100.0, EXTENT, None);
+        Shot { exposure: Exposure::Common, supersampled: false, ..shot }
+    };
+    let shot = of_size([1300, 760]);
+    let (enough, is_coarser) = drawn_within(&bench, 100_000, &shot);
+    assert!(!is_coarser);
+    for tiles in [500, 100] {
+        let (little, is_coarser) = drawn_within(&bench, tiles, &shot);
+        let [differ, far] = apart(&enough, &little);
+        println!("{tiles} tiles: shares of bytes that differ: {differ:.2e}, by more than 2: {far:.2e}");
+        // At edges of faces a sample may fall on the other side.
+        assert!(!is_coarser && differ < 5e-4 && far < 5e-6, "{tiles}: {differ}, {far}");
+    }
+    // Drawn as a whole it is coarser with as little memory, so that bands are what makes them the same.
+    let textures = TextureOptions { budget_bytes: 100 * Storage::Plain.slot_bytes(), ..Default::default() };
+    let whole = bench.renderer_within(textures).picture(&shot, &Task::silent()).unwrap();
+    let [_, far] = apart(&enough, &whole.rgba);
+    assert!(far > 0.01, "as a whole: {far}");
+    assert!(drawn_within(&bench, 2, &of_size([100, 50])).1, "two tiles are not enough for anything");
 }

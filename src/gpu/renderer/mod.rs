@@ -52,7 +52,7 @@ use tables::{TableData, Tables};
 
 use super::TileStore;
 use super::device::Gpu;
-use quadratura_base::error::{Error, Result};
+use quadratura_base::error::Result;
 use quadratura_base::scene::impostor::Facing;
 use quadratura_base::scene::{Model, PhotoId};
 use quadratura_base::task::Task;
@@ -302,7 +302,10 @@ impl Renderer {
         let (mut cells, exposure) = task.timed("cells", || self.cells_and_exposure(shot, side_px, exposure));
         cells.depths = self.depths_with_trees(shot, cells.depths);
         task.check_cancelled()?;
-        let cells = self.load_shown(shot, cells, &exposure.leaning, shown, task)?;
+        let (cells, is_short) = self.load_shown(shot, cells, &exposure.leaning, shown, task)?;
+        if is_short && shown == DrawnSurfaces::NearestIfTheyFit {
+            return Ok(Prepared { is_short, ..Prepared::default() });
+        }
         let photos = PhotoId::all(self.sources.photos.len());
         let of_photo = |photo| match shot.display {
             DisplayMode::Provenance => Optics::default(),
@@ -333,6 +336,7 @@ impl Renderer {
             see_through,
             of_common: exposure.of_common,
             opaque_alone: false,
+            is_short,
         };
         self.ready = is_whole.then(|| (shot.clone(), prepared));
         Ok(prepared)
@@ -355,22 +359,17 @@ impl Renderer {
         [skirts, corners.len() as u32 - skirts]
     }
 
-    /// Draws the image of a view, or of a band of the image of `whole`, whose exposure is given, and reads it back.
+    /// Draws the image of a view, or of a band of the image of `whole`, as it was prepared, and reads it back.
     fn drawn<T>(
         &mut self,
         shot: &Shot,
         whole: &Shot,
-        side_px: u32,
-        exposure: Option<&ViewExposure>,
+        prepared: Prepared,
         read: impl FnOnce(&RenderTarget, &Gpu) -> Result<T>,
         task: &Task,
     ) -> Result<T> {
-        if shot.display == DisplayMode::Provenance && self.origins.is_none() {
-            return Err(Error::Request("the renderer was given no source of texels".into()));
-        }
         let gpu = self.gpu.clone();
         gpu.guarded("drawing a picture", || {
-            let prepared = self.prepare(shot, side_px, exposure, DrawnSurfaces::Nearest, task)?;
             let casts = self.cast_shadows(whole, task)?;
             task.timed("draw", || {
                 let program = Program::new(shot, &self.features(prepared.undoes_optics)).with_shadows(casts);
@@ -474,7 +473,8 @@ impl Renders for Renderer {
         if shot.supersampled || render_target::judge(&self.gpu, shot).is_err() {
             return self.sliced_picture(shot, task);
         }
-        self.drawn(shot, shot, self.cell_px(shot), None, RenderTarget::picture, task)
+        let prepared = self.prepare_picture(shot, self.cell_px(shot), None, DrawnSurfaces::Nearest, task)?;
+        self.drawn(shot, shot, prepared, RenderTarget::picture, task)
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {

@@ -41,7 +41,7 @@ fn wants<'a>(
 }
 
 impl Renderer {
-    /// Loads the texels that a view needs, and returns its cells. Where all layers of it are drawn, or all that its frustum may need is on
+    /// Loads the texels that a view needs, and returns its cells, and whether memory did not hold all of them. Where all layers of it are drawn, or all that its frustum may need is on
     /// the device, that is what it needs; otherwise its surfaces are drawn to find out which it shows, and at which depths.
     ///
     /// How far a photo is trusted is known when its layer was decoded; until then any photo may be needed, as all others might be
@@ -53,26 +53,44 @@ impl Renderer {
         leaning: &[f64],
         shown: DrawnSurfaces,
         task: &Task,
-    ) -> Result<Cells> {
+    ) -> Result<(Cells, bool)> {
         let of_frustum = self.without_skirts(shot, wants(&cells.candidates, &self.sources));
         if shown == DrawnSurfaces::All || self.store(shot).holds(&of_frustum) {
-            task.timed("tiles", || self.store_mut(shot).load(&of_frustum, task))?;
-            return Ok(cells);
+            let is_short = self.load(shot, &of_frustum, shown, task)?;
+            return Ok((cells, is_short));
         }
         let depths = self.shown_depths(shot, &cells, task)?;
         let wanted = self.wanted(shot, &cells, &depths, leaning, &self.stored_bounds(shot));
         if self.store(shot).has_decoded(&wanted) {
-            task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
-            return Ok(cells);
+            let is_short = self.load(shot, &wanted, shown, task)?;
+            return Ok((cells, is_short));
         }
         let likely = self.wanted(shot, &cells, &depths, leaning, &LikelyBounds(self.stored_bounds(shot)));
-        task.timed("tiles", || self.store_mut(shot).load(&likely, task))?;
+        if self.load(shot, &likely, shown, task)? && shown == DrawnSurfaces::NearestIfTheyFit {
+            return Ok((cells, true));
+        }
         let known =
             task.timed("cells", || self.cells(shot, cells.side_px, leaning, &self.stored_bounds(shot)));
         cells = Cells { depths: cells.depths, ..known };
         let wanted = self.wanted(shot, &cells, &depths, leaning, &self.stored_bounds(shot));
-        task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
-        Ok(cells)
+        let is_short = self.load(shot, &wanted, shown, task)?;
+        Ok((cells, is_short))
+    }
+
+    /// Loads these texels of a view; returns whether memory does not hold all of them.
+    fn load(
+        &mut self,
+        shot: &Shot,
+        wanted: &[TileRequest],
+        shown: DrawnSurfaces,
+        task: &Task,
+    ) -> Result<bool> {
+        let store = self.store_mut(shot);
+        let loaded = task.timed("tiles", || match shown {
+            DrawnSurfaces::NearestIfTheyFit => store.load_if_it_fits(wanted, task),
+            DrawnSurfaces::Nearest | DrawnSurfaces::All => store.load(wanted, task),
+        });
+        Ok(loaded?.left_out > 0)
     }
 
     /// Returns for each range of [`Cells::ranges`] at which depths the view shows something of it.

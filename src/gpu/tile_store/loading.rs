@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use wgpu::PollType;
 
-use super::{Loaded, TileStore};
+use super::{Loaded, Shortage, TileStore};
 use crate::pyramids::{DecodedPyramids, MadePyramid};
 use crate::tile_atlas::{SlotStrip, place};
 use quadratura_base::error::{Error, Result};
@@ -43,6 +43,7 @@ impl TileStore {
     pub(super) fn load_absent(
         &mut self,
         wants: &[TileRequest],
+        shortage: Shortage,
         loaded: &mut Loaded,
         task: &Task,
     ) -> Result<()> {
@@ -55,6 +56,9 @@ impl TileStore {
             (chosen, _) = self.residency.choose(wants, self.residency.capacity());
         }
         loaded.left_out = wanted - chosen.len();
+        if loaded.left_out > 0 && shortage == Shortage::Refused {
+            return Ok(());
+        }
         self.load_missing(&chosen, loaded, task)
     }
 

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use wgpu::{BufferUsages, ShaderStages};
 
-use super::TileStore;
+use super::{Loaded, TileStore};
 use crate::bindings::BindingKind;
 use crate::device::Gpu;
 use crate::renderer::texels::{self, TexelGroup};
@@ -318,6 +318,24 @@ fn what_lies_on_the_device_is_not_read_again() {
         assert_eq!((again.tiles, again.layer_textures), (0, 0));
     }
     assert!(scene.made.reads.lock().unwrap().iter().all(|reads| *reads == 1));
+}
+
+#[test]
+fn requests_that_do_not_fit_are_refused_without_being_read_again_and_coarser_only_when_that_is_asked_for() {
+    let scene = scene(5, &SIZES);
+    let mut store = store(&Gpu::noop(), &scene, 40);
+    let task = Task::silent();
+    let all: Vec<TileRequest> =
+        (0..SIZES.len() as u32).map(|i| TileRequest::all(LayerTextureId(i))).collect();
+    let refused = store.load_if_it_fits(&all, &task).unwrap();
+    assert!(refused.left_out > 0 && refused.layer_textures == SIZES.len(), "{refused:?}");
+    let again = store.load_if_it_fits(&all, &task).unwrap();
+    assert_eq!(again, Loaded { left_out: refused.left_out, ..Loaded::default() });
+    let coarse = store.load(&all, &task).unwrap();
+    assert_eq!(coarse.left_out, refused.left_out);
+    let one = [TileRequest::from_level(LayerTextureId(7), 2)];
+    assert_eq!(store.load_if_it_fits(&one, &task).unwrap().left_out, 0);
+    assert!(store.holds(&one));
 }
 
 /// The layer textures of a test, one of which cannot be read.

@@ -22,7 +22,8 @@ const SOURCES_ROWS: usize = 512;
 /// The colours of the picture of sources behind those of [`Origin::ALL`]: what continues, and what is empty.
 const EMPTY: [u8; 3] = [255; 3];
 
-/// Draws a view with the lines of a section and appends its rows to a file.
+/// Draws a view with the lines of a section and appends its rows to a file. Returns whether some pixels are coarser than photos are, because
+/// memory does not hold these.
 ///
 /// # Errors
 /// As [`Renders::picture`]; [`quadratura_base::error::Error::Io`] on a full disk.
@@ -32,7 +33,7 @@ pub(super) fn draw(
     cut: &CutLines,
     rows: &mut RowsFile,
     task: &Task,
-) -> Result<()> {
+) -> Result<bool> {
     let height = u64::from(shot.camera.height);
     let mut sliced = preview.begin_faces(shot, task)?;
     let mut is_done = false;
@@ -45,7 +46,7 @@ pub(super) fn draw(
         cut.lay_over(&mut drawn, width, top);
         rows.append(&drawn)?;
     }
-    Ok(())
+    Ok(sliced.is_coarser())
 }
 
 /// Makes pixels that are fully transparent black, as in other pictures.

@@ -31,7 +31,7 @@ pub use self::subject::Subject;
 use self::cut::CutLines;
 use self::files::Stem;
 use self::subject::{PlacedSubject, placed};
-use crate::preview::Preview;
+use crate::preview::{MORE_MEMORY, Preview};
 use crate::render::Appearance;
 use quadratura_base::error::{Error, Result};
 use quadratura_base::scene::FaceId;
@@ -241,7 +241,11 @@ pub fn make(
     let [width, _] = plan.size_px();
     let mut rows = RowsFile::create(&options.out, width)?;
     let cut = cut_lines(opened, plan, options);
-    task.timed("draw the orthophoto", || draw::draw(preview, &plan.shot, &cut, &mut rows, task))?;
+    let is_coarser =
+        task.timed("draw the orthophoto", || draw::draw(preview, &plan.shot, &cut, &mut rows, task))?;
+    if is_coarser {
+        left_out.push(format!("the finest pixels of photos: {MORE_MEMORY}"));
+    }
     let (sources, shares) =
         task.timed("draw the sources", || draw::draw_sources(preview, &plan.shot, task))?;
     if !opened.project.trees.is_empty() {

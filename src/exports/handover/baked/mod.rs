@@ -98,7 +98,8 @@ pub fn bake(
     }
     let layout = task.timed("lay out charts", || Layout::new(&parts, preview.sources(), photos, options));
     let without = site.photo_ids().filter(|photo| !photos.contains(photo)).collect();
-    let mut painter = Painter { preview: &mut preview, parts: &parts, without, holes: options.holes };
+    let mut painter =
+        Painter { preview: &mut preview, parts: &parts, without, holes: options.holes, coarser: 0 };
     let (mut pages, mut coverage) = (Vec::new(), Coverage::default());
     for page in 0..layout.pages.len() {
         let baked = BakedPage::new(&layout, page, &mut painter, options, task)?;
@@ -107,6 +108,11 @@ pub fn bake(
     }
     let mut left_out = parts.left_out.clone();
     left_out.extend(layout.left_out.iter().cloned());
+    if painter.coarser > 0 {
+        let charts =
+            if painter.coarser == 1 { "1 chart".into() } else { format!("{} charts", painter.coarser) };
+        left_out.push(format!("the finest pixels of photos on {charts}: {}", preview::MORE_MEMORY));
+    }
     if !opened.project.trees.is_empty() {
         left_out.push("trees, which are no textured faces; `ldi` exports views with them".into());
     }

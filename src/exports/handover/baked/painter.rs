@@ -22,6 +22,8 @@ pub(super) struct Painter<'a> {
     pub without: Vec<PhotoId>,
     /// Whether what no photo shows is left empty.
     pub holes: bool,
+    /// The number of charts of which some texels are coarser than photos are, because memory does not hold them.
+    pub coarser: usize,
 }
 
 impl Painter<'_> {
@@ -62,6 +64,7 @@ impl Painter<'_> {
             is_done = self.preview.advance(&mut sliced, task)?;
             put(sliced.take_rows().as_chunks().0);
         }
+        self.coarser += usize::from(display == DisplayMode::Colour && sliced.is_coarser());
         Ok(())
     }
 
