@@ -10,7 +10,7 @@ use wgpu::{
     BindGroup, BindGroupLayout, Extent3d, LoadOp, RenderPipeline, Texture, TextureUsages, TextureView,
 };
 
-use super::pipeline::{PipelineDescription, SURFACES};
+use super::pipeline::PipelineDescription;
 use super::program::Program;
 use super::project::{Pass, Passes, source};
 use super::render_target::{self, COLOR, FACES, RenderTarget, TargetKey};
@@ -71,19 +71,19 @@ fn depth_texture(gpu: &Gpu, width: u32, height: u32) -> Texture {
 impl Passes {
     /// Makes the pipelines that peel layers off, the colours with these programs.
     fn make_peeling(&mut self, gpu: &Gpu, programs: [Program; 2]) {
-        let Self { shot, texels, photos, peeling, .. } = self;
+        let Self { shot, texels, frame, photos, peeling, .. } = self;
         let both: &[&BindGroupLayout] = &[shot, &texels.layout];
         let colours = programs.map(LayerPass::Colours);
         for step in [LayerPass::Nearness, LayerPass::Surfaces].into_iter().chain(colours) {
             let (vertex, fragment, groups, text) = match step {
                 LayerPass::Nearness => {
-                    ("peeled_nearness", ("unpeeled", None), &both[..1], SURFACES.to_owned())
+                    ("peeled_nearness", ("unpeeled", None), &both[..1], frame.source.clone())
                 }
                 LayerPass::Surfaces => {
-                    ("peeled_owner", ("peeled_surfaces", Some(FACES)), both, SURFACES.to_owned())
+                    ("peeled_owner", ("peeled_surfaces", Some(FACES)), both, frame.source.clone())
                 }
                 LayerPass::Colours(program) => {
-                    ("peeled_drawn", ("peeled", Some(COLOR)), both, source(program, photos))
+                    ("peeled_drawn", ("peeled", Some(COLOR)), both, source(program, frame, photos))
                 }
             };
             let fragment = Some(fragment);

@@ -3,12 +3,44 @@
 use wgpu::{BindGroupLayout, CompareFunction, RenderPipeline, TextureFormat};
 
 use super::surfaces::SurfaceVertex;
-use crate::bindings;
+use crate::bindings::{self, BindingKind};
 use crate::device::Gpu;
 use crate::drawing::DEPTH;
 
 /// The WGSL source of frames and surfaces, which all shaders of the renderer begin with.
 pub(super) const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
+
+/// The shader's declaration of the frame.
+#[derive(Debug)]
+pub struct FrameTable {
+    /// The kind of its binding.
+    pub kind: BindingKind,
+    /// The source of frames and surfaces with this declaration.
+    pub source: String,
+}
+
+/// The number of storage buffers of a picture, with the frame and the photos among them.
+const MOST_STORAGE_BUFFERS: u32 = 10;
+
+impl FrameTable {
+    /// Chooses the declaration: a uniform buffer, but on software adapters that can a storage buffer. Mesa's (22.3) keeps memory for every draw
+    /// whose branches depend on a uniform buffer that has changed, probably a compiled shader each: 3 GB for the charts of a castle.
+    pub fn new(gpu: &Gpu) -> Self {
+        let most = gpu.device.limits().max_storage_buffers_per_shader_stage;
+        Self::declared(gpu.is_software() && most >= MOST_STORAGE_BUFFERS)
+    }
+
+    /// Returns the declaration as a storage buffer, or as a uniform one.
+    pub fn declared(in_storage: bool) -> Self {
+        match in_storage {
+            false => Self { kind: BindingKind::Uniform, source: SURFACES.into() },
+            true => Self {
+                kind: BindingKind::Read,
+                source: SURFACES.replace("var<uniform> frame", "var<storage, read> frame"),
+            },
+        }
+    }
+}
 
 /// The description of a pipeline.
 pub(super) struct PipelineDescription<'a> {

@@ -10,7 +10,7 @@ use wgpu::{BindGroup, BindGroupLayout, RenderPipeline, ShaderStages, TextureView
 use super::agreement::AgreementTexture;
 use super::grids::FaceGrids;
 use super::peel::Peeling;
-use super::pipeline::{PipelineDescription, SURFACES};
+use super::pipeline::{FrameTable, PipelineDescription};
 use super::plants::slices::Slices;
 use super::plants::view::{BeginPass, TreeTarget};
 use super::plants::{Plants, SampledProgram, TreeProgram};
@@ -74,6 +74,8 @@ pub struct Passes {
     pub(super) texels: TexelGroup,
     /// The layout of the shadows of trees.
     pub(super) shadows: BindGroupLayout,
+    /// The declaration of the frame.
+    pub(super) frame: FrameTable,
     /// The declaration of the photos: a uniform buffer where they fit into one, which is a quarter faster on
     /// software adapters.
     pub(super) photos: PhotoTable,
@@ -110,8 +112,9 @@ impl Passes {
     /// Creates the layouts; pipelines are made when they are needed.
     pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
         let photos = PhotoTable::new(gpu, sources);
+        let frame = FrameTable::new(gpu);
         let kinds = [
-            BindingKind::Uniform,
+            frame.kind,
             BindingKind::Read,
             BindingKind::Read,
             photos.kind,
@@ -130,6 +133,7 @@ impl Passes {
             shot: bindings::layout(gpu, "shot", stages, &kinds),
             texels: TexelGroup::new(gpu, ShaderStages::VERTEX_FRAGMENT),
             shadows: shadows::layout(gpu),
+            frame,
             photos,
             nearness: FxHashMap::default(),
             programs: FxHashMap::default(),
@@ -243,7 +247,7 @@ impl Passes {
         see_through: Option<Program>,
         has_surroundings: bool,
     ) {
-        let Self { shot, texels, shadows, photos, nearness, programs, surroundings, .. } = self;
+        let Self { shot, texels, shadows, frame, photos, nearness, programs, surroundings, .. } = self;
         nearness.entry(samples).or_insert_with(|| {
             PipelineDescription {
                 vertex: "nearness",
@@ -253,7 +257,7 @@ impl Passes {
                 corners: true,
                 blends: false,
             }
-            .pipeline(gpu, SURFACES)
+            .pipeline(gpu, &frame.source)
         });
         for program in [Some(program), see_through].into_iter().flatten() {
             programs.entry(program).or_insert_with(|| {
@@ -267,7 +271,7 @@ impl Passes {
                 let groups = if program.has_shadows() { groups } else { &groups[..2] };
                 let (fragment, corners, blends) = (Some(fragment), true, program.blends());
                 let description = PipelineDescription { vertex, fragment, groups, samples, corners, blends };
-                description.pipeline(gpu, &source(program, photos))
+                description.pipeline(gpu, &source(program, frame, photos))
             });
         }
         if has_surroundings && matches!(program, Program::Picture { .. }) {
@@ -275,21 +279,21 @@ impl Passes {
                 let (vertex, fragment) = ("behind", Some(("surroundings", Some(program.format()))));
                 let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
                 PipelineDescription { vertex, fragment, groups, samples, corners: false, blends: false }
-                    .pipeline(gpu, &source(program, photos))
+                    .pipeline(gpu, &source(program, frame, photos))
             });
         }
     }
 }
 
 /// Assembles the complete WGSL source of a program.
-pub fn source(program: Program, photos: &PhotoTable) -> String {
+pub fn source(program: Program, frame: &FrameTable, photos: &PhotoTable) -> String {
     match program {
-        Program::Faces => SURFACES.into(),
+        Program::Faces => frame.source.clone(),
         Program::Picture { .. } => {
             let generated = program::generated(program);
             let project = PROJECT.replace("PHOTO_SPACE", photos.space).replace("PHOTO_COUNT", &photos.count);
             let shadows = if program.has_shadows() { shadows::SOURCE } else { shadows::NONE };
-            let before = [SURFACES, texels::SOURCE, WEIGHTS, &program::preamble(), &generated].concat();
+            let before = [&frame.source, texels::SOURCE, WEIGHTS, &program::preamble(), &generated].concat();
             [&before, shadows, &project, SURROUNDINGS].concat()
         }
     }

@@ -94,7 +94,7 @@ impl Tables {
         let mut photos = GrowingBuffer::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
         photos.write(gpu, &vec![PhotoWords::zeroed(); sources.projectors().max(1)]);
         Self {
-            frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM),
+            frame: GrowingBuffer::new(gpu, "frame", BufferUsages::UNIFORM | BufferUsages::STORAGE),
             photos,
             face_cells: GrowingBuffer::new(gpu, "cells of faces", BufferUsages::STORAGE),
             cells: GrowingBuffer::new(gpu, "cells", BufferUsages::STORAGE),

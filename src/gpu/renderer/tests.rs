@@ -11,6 +11,7 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use super::agreement::PlaceWords;
 use super::frame::CameraUniform;
 use super::grids::{FaceGridsWords, GridWords};
+use super::pipeline::FrameTable;
 use super::plants;
 use super::plants::daylight::{CrownGridWords, CrownWords, DaylightWords};
 use super::plants::flake::{self, FlakeImageWords, FlakeRowsWords};
@@ -126,7 +127,12 @@ fn a_colour_times_its_alpha_becomes_straight() {
 }
 
 fn parsed(program: Program) -> naga::Module {
-    let source = source(program, &PhotoTable::new(&Gpu::noop(), &Sources::default()));
+    declared(program, false)
+}
+
+fn declared(program: Program, in_storage: bool) -> naga::Module {
+    let photos = PhotoTable::new(&Gpu::noop(), &Sources::default());
+    let source = source(program, &FrameTable::declared(in_storage), &photos);
     let module = naga::front::wgsl::parse_str(&source)
         .unwrap_or_else(|e| panic!("{program:?}: {}", e.emit_to_string(&source)));
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
@@ -137,7 +143,12 @@ fn parsed(program: Program) -> naga::Module {
 #[test]
 fn every_program_is_valid() {
     for program in programs() {
-        parsed(program);
+        for in_storage in [false, true] {
+            let module = declared(program, in_storage);
+            let frame = module.global_variables.iter().find(|(_, of)| of.name.as_deref() == Some("frame"));
+            let space = frame.expect("every program has a frame").1.space;
+            assert_eq!(space == naga::AddressSpace::Uniform, !in_storage, "{program:?}");
+        }
     }
 }
 
