@@ -181,14 +181,27 @@ fn textures_larger_than_a_page_are_as_fine_as_one_holds_and_that_is_said() {
     let site = Site::with_photos(&PHOTOS, 640, 480, 1);
     site.make_project();
     site.run("build project").success();
-    let done = export(&site, "--format obj --page-size 1024 --density 100000 --out obj");
-    let pages = done["export"]["baked"]["pages"].as_array().unwrap();
-    let side = |page: &Value| page.as_array().unwrap().iter().map(|side| side.as_u64().unwrap()).max();
-    assert!(pages.iter().all(|page| side(page) <= Some(1024)), "{pages:?}");
-    let density = done["export"]["baked"]["density"].as_f64().unwrap();
-    assert!(density <= 1024.0 / 40.0, "{density}");
-    let said = done["export"]["left_out"].to_string();
-    assert!(said.contains("larger than a page of 1024 x 1024 texels"), "{said}");
+    for format in ["obj", "usd", "glb"] {
+        let done =
+            export(&site, &format!("--format {format} --page-size 1024 --density 100000 --out {format}"));
+        let pages = done["export"]["baked"]["pages"].as_array().unwrap();
+        let side = |page: &Value| page.as_array().unwrap().iter().map(|side| side.as_u64().unwrap()).max();
+        assert!(pages.iter().all(|page| side(page) <= Some(1024)), "{format}: {pages:?}");
+        let density = done["export"]["baked"]["density"].as_f64().unwrap();
+        assert!(density <= 1024.0 / 40.0, "{format}: {density}");
+        let said = done["export"]["left_out"].to_string();
+        assert!(said.contains("larger than a page of 1024 x 1024 texels"), "{format}: {said}");
+    }
+    // The pictures have the size that is reported.
+    for entry in fs::read_dir(site.path("obj")).unwrap().map(|entry| entry.unwrap().path()) {
+        let is_picture = entry.extension().is_some_and(|ending| ending == "jpg" || ending == "png");
+        let size = is_picture.then(|| image::image_dimensions(&entry).unwrap());
+        assert!(
+            size.is_none_or(|(width, height)| width.max(height) <= 1024),
+            "{}: {size:?}",
+            entry.display()
+        );
+    }
     let refused = stderr_of(&site.run("export project --format glb --page-size 16384 --out x").code(2));
     assert!(refused.contains("16384") && refused.contains("8192") && !site.path("x").exists(), "{refused}");
 }

@@ -90,6 +90,37 @@ fn a_place_that_cannot_be_written_to_is_told_before_the_work() {
     assert!(named.contains("left.txt") && named.contains("write to left.ldi"), "{named}");
 }
 
+/// Every format of `export`.
+const FORMATS: [&str; 12] =
+    ["psd", "folder", "xcf", "ora", "blender", "cameras", "glb", "obj", "usd", "exr", "nuke", "page"];
+
+#[test]
+fn every_format_names_the_folder_that_cannot_be_written_to_and_what_to_do() {
+    let site = Site::new();
+    site.make_project();
+    let all = stderr_of(&site.run("export project --format nothing --out x").code(2));
+    for format in FORMATS {
+        assert!(all.contains(&format!("{format}")), "{format}: {all}");
+    }
+    fs::write(site.path("file"), "mine").unwrap();
+    let mut places = vec![("file", "file: this is a file", "give another place")];
+    places.push(("file/below", "below cannot be in it", "give another place"));
+    // Not even the system's administrator, who runs tests in containers, may write there.
+    if cfg!(target_os = "linux") {
+        places.push(("/sys/quadratura", "/sys: could not write to this folder", "give yourself permission"));
+        places.push(("/sys", "/sys: could not write to this folder", "give yourself permission"));
+    }
+    for (place, found, remedy) in places {
+        for format in FORMATS {
+            let failed = site.run(&format!("export project --format {format} --out {place}")).code(1);
+            let said = stderr_of(&failed);
+            assert!(said.contains(found) && said.contains(remedy), "{format} to {place}: {said}");
+            assert_eq!(said.matches("error:").count(), 1, "{format} to {place}: {said}");
+        }
+    }
+    assert_eq!(fs::read_to_string(site.path("file")).unwrap(), "mine");
+}
+
 #[test]
 fn a_camera_path_that_is_none_is_told_without_the_names_of_types() {
     let site = Site::new();

@@ -17,6 +17,7 @@ mod ldi;
 mod ldi_shown;
 mod masks;
 mod mattes;
+mod missing_photos;
 mod names;
 mod orthophotos;
 mod see_through;
