@@ -26,17 +26,17 @@ const MODELS: [Row; 2] = [
 const TEXTURED: [Row; 3] = [
     [
         "GLB (glTF 2.0 in one file)",
-        "objects, polygons as counts of their triangles, one set of textures, unlit",
+        "objects, polygons as counts of their triangles, one set of textures, unlit; tried with Blender and Khronos' validator",
         "what depends on the view: highlights, surroundings, trees; image layers; lens shift of cameras",
     ],
     [
         "OBJ with MTL and pictures",
-        "objects, polygons, one set of textures",
+        "objects, polygons, one set of textures; not tried with other programs",
         "what depends on the view; image layers; cameras",
     ],
     [
         "USD as text (.usda) with pictures, and packed (.usdz)",
-        "objects, convex polygons, one set of textures, the photos' cameras",
+        "objects, convex polygons, one set of textures, the photos' cameras; tried with USD's validators alone",
         "what depends on the view; image layers",
     ],
 ];
@@ -82,12 +82,12 @@ const DEPTH: [Row; 2] = [
 const OTHER_PROGRAMS: [Row; 4] = [
     [
         "a folder for Blender 4.2 or newer: scene.py, scene.json, layers",
-        "cameras, model, image layers, exposures, the site's frame; paint on the layers is imported",
+        "cameras, model, image layers, exposures, the site's frame; paint on the layers is imported; tried with Blender 4.5",
         "relief, trees",
     ],
     [
         "OpenEXR: a file of several parts per photo, half floats in linear light",
-        "photo, image layers with rectangle, order and name, depth; exposures as numbers",
+        "photo, image layers with rectangle, order and name, depth; exposures as numbers; tried with OpenEXR's own package alone",
         "guides, masks; deep data",
     ],
     [
@@ -97,7 +97,7 @@ const OTHER_PROGRAMS: [Row; 4] = [
     ],
     [
         "cameras: COLMAP's text files, transforms.json, cameras.json",
-        "undistorted cameras; points with their observations (COLMAP)",
+        "undistorted cameras; points with their observations (COLMAP); not tried with other programs",
         "model, image layers, masks",
     ],
 ];

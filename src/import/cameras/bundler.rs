@@ -47,7 +47,10 @@ impl CameraFormat for Bundler {
     }
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
-        ["focal length, k1, k2; points with observations", "a principal point, which it cannot say"]
+        [
+            "focal length, k1, k2; points with observations; not tried with the program itself",
+            "a principal point, which it cannot say",
+        ]
     }
 
     fn extensions(&self) -> &'static [&'static str] {

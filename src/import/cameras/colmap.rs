@@ -28,7 +28,7 @@ impl CameraFormat for Colmap {
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
-            "all lenses, poses (also of rigs), points with observations",
+            "all lenses, poses (also of rigs), points with observations; not tried with the program itself, but with files that it wrote",
             "panoramas; colours of points; sensors other than cameras",
         ]
     }

@@ -44,7 +44,10 @@ impl CameraFormat for FSpy {
     }
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
-        ["focal length and principal point of one photo", "the picture inside; vanishing points; units"]
+        [
+            "focal length and principal point of one photo; not tried with the program itself, but with files that it wrote",
+            "the picture inside; vanishing points; units",
+        ]
     }
 
     fn extensions(&self) -> &'static [&'static str] {

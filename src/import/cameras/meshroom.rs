@@ -50,7 +50,7 @@ impl CameraFormat for Meshroom {
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
-            "pinhole, radial1, radial3, brown and fisheye4 lenses; points with observations",
+            "pinhole, radial1, radial3, brown and fisheye4 lenses; points with observations; not tried with the program itself, but with files that it wrote",
             "rigs; pixels that are not square; lenses of 3DEqualizer",
         ]
     }

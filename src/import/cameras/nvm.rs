@@ -45,7 +45,10 @@ impl CameraFormat for Nvm {
     }
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
-        ["focal length and r; points with observations", "all models but the first"]
+        [
+            "focal length and r; points with observations; not tried with the program itself, but with a file of COLMAP",
+            "all models but the first",
+        ]
     }
 
     fn extensions(&self) -> &'static [&'static str] {

@@ -47,7 +47,7 @@ impl CameraFormat for OpenSfm {
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
-            "perspective, brown, radial and fisheye lenses; points, with observations from tracks.csv",
+            "perspective, brown, radial and fisheye lenses; points, with observations from tracks.csv; not tried with the program itself, but with files that it wrote",
             "all reconstructions but the largest; panoramas",
         ]
     }

@@ -41,7 +41,10 @@ impl CameraFormat for Transforms {
     }
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
-        ["OPENCV and OPENCV_FISHEYE lenses; applied_transform is undone", "points; mask_path; k4 of OPENCV"]
+        [
+            "OPENCV and OPENCV_FISHEYE lenses; applied_transform is undone; not tried with the programs themselves",
+            "points; mask_path; k4 of OPENCV",
+        ]
     }
 
     fn extensions(&self) -> &'static [&'static str] {

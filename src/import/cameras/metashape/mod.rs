@@ -44,7 +44,7 @@ impl CameraFormat for Metashape {
 
     fn kept_and_lost(&self) -> [&'static str; 2] {
         [
-            "frame and fisheye lenses with b1, b2 and k4; chunk, component and scale; markers as points; rolling shutter with --rolling-shutter",
+            "frame and fisheye lenses with b1, b2 and k4; chunk, component and scale; markers as points; rolling shutter with --rolling-shutter; not tried with the program itself, but with files that it wrote",
             "tie points; p3 and p4; rigs; panoramas; disabled cameras",
         ]
     }
