@@ -156,8 +156,52 @@ fn what_no_photo_shows_is_grey_in_holes_and_black_in_the_map_of_what_is_known() 
     assert_eq!((known.width() * 4, at(&known)), (page.width(), [0; 3]));
     let coverage = &report["export"]["baked"]["coverage"];
     assert!(coverage["nothing"].as_f64().unwrap() > 0.0 && coverage["photographed"].as_f64().unwrap() > 0.05);
-    let said = stderr_of(&site.run("export project --format glb --out again").success());
-    assert!(!said.contains("panicked"), "{said}");
+}
+
+#[test]
+fn what_no_photo_shows_continues_from_what_is_around_it_backdrops_too_and_is_nowhere_grey() {
+    if adapter().is_none() {
+        return;
+    }
+    let site = Site::new();
+    // Photos without grey: a texel that is grey is one that was left empty.
+    for name in PHOTOS {
+        let colour = |x: u32, y: u32| Rgb([200 - (x / 8) as u8, 90 + (y / 8) as u8, 20]);
+        RgbImage::from_fn(160, 120, colour).save(site.path("photos").join(name)).unwrap();
+    }
+    // A sky behind the cameras, which no photo shows, one behind the wall, which hides it, and billboards that no photo shows, whose
+    // outlines are not known: an upright one, which turns, and a level one.
+    let upright = |z: i32| [[-90, -90, z], [-90, 2, z], [90, 2, z], [90, -90, z]];
+    let objects = [
+        ("sky_0.backdrop", upright(-900)),
+        ("sky_1.backdrop", upright(900)),
+        ("bush.billboard", upright(14)),
+        ("crown.billboard", [[-9, -50, 13], [-9, -50, 90], [9, -50, 90], [9, -50, 13]]),
+    ];
+    let mut model = fs::read_to_string(site.path("model.obj")).unwrap();
+    let mut at = model.lines().filter(|line| line.starts_with("v ")).count() + 1;
+    for (name, corners) in objects {
+        model += &format!("o {name}\n");
+        model.extend(corners.map(|[x, y, z]| format!("v {x} {y} {z}\n")));
+        model += &format!("f {} {} {} {}\n", at + 3, at + 2, at + 1, at);
+        at += corners.len();
+    }
+    fs::write(site.path("model.obj"), model).unwrap();
+    site.make_project();
+    site.run("build project").success();
+    let done = export(&site, "--format glb --png --out glb");
+    let left_out = done["export"]["left_out"].to_string();
+    assert!(left_out.contains("2 faces of billboards, because no photo shows what is cut out"), "{left_out}");
+    let (json, _) = chunks(&site.path("glb/site.glb"));
+    assert!(!json["meshes"].to_string().contains("billboard"), "{}", json["meshes"]);
+    for object in ["shed", "sky_0.backdrop", "sky_1.backdrop"] {
+        let (corners, page) = corners(&site.path("glb/site.glb"), object);
+        let middle = corners.iter().map(|(_, place)| *place).sum::<DVec2>() / corners.len() as f64;
+        let [x, y] = [middle.x * f64::from(page.width()), middle.y * f64::from(page.height())];
+        let [red, green, blue] = page.get_pixel(x as u32, y as u32).0;
+        println!("{object}: {red} {green} {blue}");
+        assert!(red > green && green > blue + 30, "{object}: {red} {green} {blue}");
+    }
 }
 
 #[test]

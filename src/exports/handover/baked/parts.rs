@@ -50,14 +50,23 @@ impl Parts {
     pub fn new(model: &Model, sources: &Sources, photos: &[PhotoId], up: DVec3) -> Self {
         let see_through = sources.see_through_faces(model);
         let mut parts = Self::default();
-        let (mut empty, mut both) = (0, 0);
+        let (mut empty, mut both, mut unknown) = (0, 0, 0);
         for object in (0..model.objects.len()).map(ObjectId::new) {
             let first = parts.faces.len();
             match &model.object(object).impostor {
-                Some(impostor) => parts.faces.extend(cards(model, sources, photos, object, impostor)),
+                Some(impostor) => {
+                    let cards = cards(model, sources, photos, object, impostor);
+                    unknown += if cards.is_empty() { model.object(object).faces.len() } else { 0 };
+                    parts.faces.extend(cards);
+                }
                 None => {
                     for &face in &model.object(object).faces {
                         let sides = sides(sources, photos, face);
+                        // Other faces continue, but what is cut out of a billboard is known from photos alone.
+                        if model.object(object).billboard && sides == [false; 2] {
+                            unknown += 1;
+                            continue;
+                        }
                         match part(model, face, sides, &see_through) {
                             Some(part) => parts.faces.push(part),
                             None => empty += 1,
@@ -70,6 +79,10 @@ impl Parts {
         }
         if empty > 0 {
             parts.left_out.push(format!("{}, because they have no area", faces(empty)));
+        }
+        if unknown > 0 {
+            let shape = "because no photo shows what is cut out of them";
+            parts.left_out.push(format!("{} of billboards, {shape}", faces(unknown)));
         }
         if both > 0 {
             parts.left_out.push(format!(
