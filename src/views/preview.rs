@@ -9,8 +9,7 @@ mod stacks;
 mod trees;
 mod unseen;
 
-pub use self::faces::MORE_MEMORY;
-pub use self::options::PreviewOptions;
+pub use self::options::{MORE_MEMORY, PreviewOptions};
 pub use self::stacks::ReadStacks;
 
 use std::path::{Path, PathBuf};

@@ -100,7 +100,7 @@ fn every_format_names_the_folder_that_cannot_be_written_to_and_what_to_do() {
     site.make_project();
     let all = stderr_of(&site.run("export project --format nothing --out x").code(2));
     for format in FORMATS {
-        assert!(all.contains(&format!("{format}")), "{format}: {all}");
+        assert!(all.contains(format), "{format}: {all}");
     }
     fs::write(site.path("file"), "mine").unwrap();
     let mut places = vec![("file", "file: this is a file", "give another place")];

@@ -10,9 +10,6 @@ use quadratura_projection::{Sliced, Sources};
 use quadratura_view::hidden::HiddenFaces;
 use quadratura_view::{Picture, Shot};
 
-/// Why a picture is coarser than photos are, and what to do.
-pub const MORE_MEMORY: &str = "they do not fit into memory, even where little is drawn at a time; give the command more with `--memory`";
-
 impl Preview {
     /// Returns which layer textures texture which faces.
     pub fn sources(&self) -> &Sources {

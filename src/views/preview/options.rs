@@ -3,6 +3,9 @@
 use quadratura_projection::TextureOptions;
 use quadratura_trees::PlantParts;
 
+/// Why a picture is coarser than photos are, and what to do.
+pub const MORE_MEMORY: &str = "they do not fit into memory, even where little is drawn at a time; give the command more with `--memory`";
+
 /// Options for showing a project.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreviewOptions {
