@@ -33,9 +33,10 @@ const MOST_CELLS: f64 = (1 << 19) as f64;
 /// highest resolution on it.
 const MOST_PHOTOS: usize = 16;
 
-/// The largest number of cells of all cached plates, at six bytes each. Beyond it the cache is emptied;
-/// plates are then made again on request, with the same result.
-const MOST_KEPT: usize = 1 << 27;
+/// The most bytes of all cached plates, whatever the memory.
+const MOST_KEPT: u64 = 768 << 20;
+/// The bytes of a cell of a plate.
+const CELL: u64 = size_of::<[u16; 3]>() as u64;
 
 /// Side in cells of a block that queries the same photos.
 const BLOCK: usize = 32;
@@ -81,22 +82,30 @@ pub struct SurfaceSide {
 }
 
 /// A cache of the plates made so far.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct RectifiedTextures {
+    memory: u64,
     made: BTreeMap<SurfaceSide, Option<Arc<RectifiedTexture>>>,
 }
 
 impl RectifiedTextures {
+    /// Makes an empty cache. Beyond `memory` bytes it keeps only the plates that a photo needs; others are made again on request, with
+    /// the same result.
+    pub fn new(memory: u64) -> Self {
+        Self { memory: memory.min(MOST_KEPT), made: BTreeMap::new() }
+    }
+
     /// Makes the plates of those `sides` that are not in the cache.
     ///
     /// # Errors
     /// [`quadratura_base::Error::Cancelled`].
     pub fn make(&mut self, context: &FillContext, mut sides: Vec<SurfaceSide>, task: &Task) -> Result<()> {
-        if self.made.values().flatten().map(|plate| plate.roots.len()).sum::<usize>() > MOST_KEPT {
-            self.made.clear();
-        }
         sides.sort_unstable();
         sides.dedup();
+        let cells: usize = self.made.values().flatten().map(|plate| plate.roots.len()).sum();
+        if CELL * cells as u64 > self.memory {
+            self.made.retain(|side, _| sides.binary_search(side).is_ok());
+        }
         sides.retain(|side| !self.made.contains_key(side));
         let make = |side: &SurfaceSide| {
             task.check_cancelled()?;

@@ -14,8 +14,11 @@ use quadratura_layers::fill::{Donor, DonorContent, Donors, FillSurfaces};
 use quadratura_projection::Projector;
 use quadratura_view::agreement::PhotoAgreement;
 
-/// The share of a filling's memory that decoded surroundings may take (by which it is divided); decoded photos may take the rest.
-pub(super) const SURROUNDINGS_SHARE: u64 = 4;
+/// What a filling's memory is divided by for decoded photos, for decoded surroundings, and for rectified surfaces. The rest is for what
+/// is known of the whole site.
+const PHOTOS_SHARE: u64 = 2;
+pub(super) const SURROUNDINGS_SHARE: u64 = 8;
+pub(super) const PLATES_SHARE: u64 = 8;
 
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {
@@ -57,7 +60,7 @@ pub(super) fn given_by_pin(
 
 impl<'a> PhotoDonors<'a> {
     /// Makes an empty cache for a site with its paint. `memory` is the filling's budget in bytes, of which decoded
-    /// photos take all but the share of surroundings; donors in use remain in memory.
+    /// photos take their share; donors in use remain in memory.
     pub fn new(
         project: &'a Project,
         site: &'a Site,
@@ -98,8 +101,7 @@ impl<'a> PhotoDonors<'a> {
         let bytes =
             |entry: &(SeenPhoto, Option<Arc<Donor>>)| entry.1.as_ref().map_or(0, |donor| donor.bytes());
         let mut all: u64 = recent.iter().map(bytes).sum();
-        let most = self.memory - self.memory / SURROUNDINGS_SHARE;
-        while all > most && recent.len() > 1 {
+        while all > self.memory / PHOTOS_SHARE && recent.len() > 1 {
             all -= bytes(&recent.remove(0));
         }
     }
@@ -160,8 +162,7 @@ impl Donors for PhotoDonors<'_> {
         self.prepared(SeenPhoto { photo, seen_by })
     }
 
-    /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half
-    /// is for what is made from them.
+    /// Returns the number of donors that fit into their share of the budget at the size of the largest photo.
     fn at_once(&self) -> usize {
         donors_at_once(self.site, self.memory)
     }
@@ -171,5 +172,5 @@ impl Donors for PhotoDonors<'_> {
 pub(super) fn donors_at_once(site: &Site, memory: u64) -> usize {
     let photos = site.photos.iter();
     let largest = photos.map(|photo| Donor::bytes_of(&photo.camera)).max().unwrap_or(1).max(1);
-    (memory / (2 * largest)).max(2) as usize
+    (memory / (PHOTOS_SHARE * largest)).max(2) as usize
 }

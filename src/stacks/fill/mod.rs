@@ -26,7 +26,7 @@ mod write;
 
 use std::path::Path;
 
-use self::donors::PhotoDonors;
+use self::donors::{PLATES_SHARE, PhotoDonors};
 use self::hidden::hidden_regions;
 use self::kept::FillReuse;
 use self::mattes::{MatteBasis, SiteMattes};
@@ -214,7 +214,7 @@ fn fill_or_report(
     let (evidence, stamp) = (agreement.whole(), around.stamp());
     let parts = FillParts::new((project, site), inputs, &stacks, &context, evidence, &mattes, stamp);
     let mut around = SurroundingsFiller::new(&around, &gains, memory);
-    let mut plates = RectifiedTextures::default();
+    let mut plates = RectifiedTextures::new(memory / PLATES_SHARE);
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
         task.step("fill", done, photos.len() as u64)?;
