@@ -14,15 +14,15 @@ use quadratura_stacks::untextured::untextured;
 const MOST_FACES: usize = 40;
 
 /// The numbers of faces by reason.
-type Numbers = BTreeMap<UntexturedReason, usize>;
+type CountsByReason = BTreeMap<UntexturedReason, usize>;
 
 /// The untextured faces of several stacks. It keeps the faces of each photo only in detail: a site of hundreds of photos has millions.
 #[derive(Debug, Default)]
 pub struct UntexturedReport {
     in_detail: bool,
-    photos: Vec<(String, Numbers)>,
+    photos: Vec<(String, CountsByReason)>,
     /// For each face the number of photos by reason.
-    faces: BTreeMap<(String, FaceIndex), Numbers>,
+    faces: BTreeMap<(String, FaceIndex), CountsByReason>,
     by_photo: BTreeMap<String, Vec<stack::Untextured>>,
 }
 
@@ -35,7 +35,7 @@ impl UntexturedReport {
     /// Adds the untextured faces of a photo's stack and the faces that exclude the photo.
     pub fn add(&mut self, stack: &Stack, decided: &PhotoDecisions) {
         let faces = untextured(stack, decided);
-        let mut numbers = Numbers::new();
+        let mut numbers = CountsByReason::new();
         for face in &faces {
             *numbers.entry(face.reason).or_default() += 1;
             let of_face = self.faces.entry((face.object.clone(), face.face)).or_default();
@@ -82,8 +82,8 @@ impl UntexturedReport {
     }
 
     /// Returns the faces that no photo textures, with the number of photos by reason.
-    fn nowhere(&self) -> impl Iterator<Item = (&(String, FaceIndex), &Numbers)> {
-        let is_nowhere = |reasons: &Numbers| reasons.values().sum::<usize>() == self.photos.len();
+    fn nowhere(&self) -> impl Iterator<Item = (&(String, FaceIndex), &CountsByReason)> {
+        let is_nowhere = |reasons: &CountsByReason| reasons.values().sum::<usize>() == self.photos.len();
         self.faces.iter().filter(move |(_, reasons)| is_nowhere(reasons))
     }
 

@@ -4,7 +4,7 @@
 use glam::DVec2;
 
 use super::labels::TexelLabels;
-use super::plane::{Cells, in_16_steps, mean};
+use super::plane::{PhotoCells, in_16_steps, mean};
 use super::tiles::{TileGrid, TiledPhoto};
 use quadratura_base::error::Result;
 use quadratura_base::geometry::PixelRect;
@@ -140,7 +140,7 @@ impl ComposedPhoto {
     }
 
     /// Returns what a photo says of cells of its pixels: confidence, agreement and outline, one plane each.
-    pub fn weights(&self, cells: Cells) -> [Vec<u8>; 3] {
+    pub fn weights(&self, cells: PhotoCells) -> [Vec<u8>; 3] {
         let is_shown = |at: usize| self.labels.is_claimed(at);
         let planes = [&self.trust, &self.agreement, &self.outlines].map(|plane| cells.means(plane, is_shown));
         in_steps(planes)
@@ -148,7 +148,7 @@ impl ComposedPhoto {
 
     /// Returns the same of cells that show several layers: confidence is that of the layers in the middle of a cell, and the less, the
     /// more of the cell others have, since the colour of such a cell is also theirs.
-    pub fn weights_of_mixed(&self, cells: Cells, labels: &[u8]) -> [Vec<u8>; 3] {
+    pub fn weights_of_mixed(&self, cells: PhotoCells, labels: &[u8]) -> [Vec<u8>; 3] {
         let trust = cells.map(|middle, pixels| match labels[middle] {
             0 => 0,
             label => mean(pixels.map(|at| if labels[at] == label { self.trust[at] } else { 0 })),

@@ -6,7 +6,7 @@ use super::description::{DescribedPhoto, by_rows};
 use super::labels::ByteLabels;
 use super::options::{MOST_SIDE, PageOptions};
 use super::photo::ComposedPhoto;
-use super::plane::{Cells, differences};
+use super::plane::{PhotoCells, differences};
 use quadratura_base::geometry::{Pinhole, Pose};
 use quadratura_base::scene::PhotoId;
 use quadratura_layers::fill::push_pull::WeightedGrid;
@@ -32,13 +32,13 @@ pub struct PackedPhoto {
     pub near: Chunk,
     /// The coarse picture, and the planes of what is known of its pixels, at half of its size.
     far_picture: Vec<u8>,
-    far_planes: Planes,
+    far_planes: PackedPlanes,
     /// What the description says of it.
     pub described: DescribedPhoto,
 }
 
 /// Labels, confidence, agreement and outlines of the pixels of a picture, ready to be packed.
-type Planes = [Vec<u8>; 4];
+type PackedPlanes = [Vec<u8>; 4];
 /// The names of their parts.
 const PLANES: [&str; 4] = ["labels", "trust", "agreement", "outlines"];
 
@@ -105,16 +105,16 @@ impl PackedPhoto {
         let far_picture = photo_jpeg(&turn(&small, far, 3), size_of(far), coarse_quality);
         let plane =
             |bytes: &[u8], size: [u32; 2]| differences(&turn(bytes, size, 1), size_of(size)[0] as usize);
-        let planes = |size: [u32; 2], of_weights: [u32; 2], weights: [Vec<u8>; 3]| -> Planes {
-            let of_cells = Cells::new(composed.size, size).map(|middle, _| labels.of_pixel[middle]);
+        let planes = |size: [u32; 2], of_weights: [u32; 2], weights: [Vec<u8>; 3]| -> PackedPlanes {
+            let of_cells = PhotoCells::new(composed.size, size).map(|middle, _| labels.of_pixel[middle]);
             let [trust, agreement, outlines] = weights.map(|weights| plane(&weights, of_weights));
             [plane(&of_cells, size), trust, agreement, outlines]
         };
         let half = stored.map(|side| side.div_ceil(2));
-        let fine = planes(stored, half, composed.weights(Cells::new(composed.size, half)));
+        let fine = planes(stored, half, composed.weights(PhotoCells::new(composed.size, half)));
         add_planes(&mut near, "", &fine);
         let coarse = far.map(|side| side.div_ceil(2));
-        let of_coarse = composed.weights_of_mixed(Cells::new(composed.size, coarse), &labels.of_pixel);
+        let of_coarse = composed.weights_of_mixed(PhotoCells::new(composed.size, coarse), &labels.of_pixel);
         let optics = gains.optics.get(photo.id.index()).copied().unwrap_or_default();
         let camera = photo.camera;
         let per_px2 = squared_radius(camera, DVec2::new(camera.cx + 1.0, camera.cy));
@@ -146,7 +146,7 @@ impl PackedPhoto {
 }
 
 /// Adds planes to a chunk, with this before their names.
-fn add_planes(chunk: &mut Chunk, before: &str, planes: &Planes) {
+fn add_planes(chunk: &mut Chunk, before: &str, planes: &PackedPlanes) {
     for (name, plane) in PLANES.into_iter().zip(planes) {
         chunk.add_packed(format!("{before}{name}"), plane);
     }

@@ -8,12 +8,12 @@ pub fn differences(bytes: &[u8], width: usize) -> Vec<u8> {
 
 /// The cells into which the pixels of a photo fall when it is shown with fewer. Sizes are widths and heights.
 #[derive(Debug, Clone, Copy)]
-pub struct Cells {
+pub struct PhotoCells {
     photo: [usize; 2],
     size: [usize; 2],
 }
 
-impl Cells {
+impl PhotoCells {
     /// Divides a photo into so many cells, at most one a pixel.
     pub fn new(photo: [u32; 2], size: [u32; 2]) -> Self {
         Self { photo: photo.map(|side| side as usize), size: size.map(|side| side as usize) }
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn halves_count_only_what_they_may() {
         let values = [10, 20, 30, 40, 50, 60];
-        let halves = Cells::halves([3, 2]);
+        let halves = PhotoCells::halves([3, 2]);
         assert_eq!(halves.means(&values, |_| true), [30, 45]);
         assert_eq!(halves.means(&values, |at| at == 4), [50, 0]);
         assert_eq!([0, 1, 9, 128, 255].map(in_16_steps), [0, 17, 17, 136, 255]);
@@ -85,13 +85,13 @@ mod tests {
 
     #[test]
     fn each_pixel_is_in_one_cell_which_has_a_middle_of_its_own() {
-        let cells = Cells::new([7, 5], [3, 2]);
+        let cells = PhotoCells::new([7, 5], [3, 2]);
         let found = cells.map(|middle, pixels| (middle, pixels.collect::<Vec<_>>()));
         assert!(found.iter().all(|(middle, pixels)| pixels.contains(middle)), "{found:?}");
         let mut all: Vec<usize> = found.into_iter().flat_map(|(_, pixels)| pixels).collect();
         all.sort_unstable();
         assert_eq!(all, (0..35).collect::<Vec<_>>());
-        let whole = Cells::new([3, 2], [3, 2]).map(|middle, _| middle);
+        let whole = PhotoCells::new([3, 2], [3, 2]).map(|middle, _| middle);
         assert_eq!(whole, [0, 1, 2, 3, 4, 5]);
     }
 }

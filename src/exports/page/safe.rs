@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::labels::ByteLabels;
-use super::plane::Cells;
+use super::plane::PhotoCells;
 use quadratura_base::geometry::Pinhole;
 use quadratura_base::scene::{FaceId, PhotoId};
 use quadratura_projection::Server;
@@ -72,7 +72,7 @@ impl PhotoMap {
 
 /// Returns the plane of confidence that [`PhotoMap::new`] takes.
 pub fn half_trust(trust: &[u8], size: [u32; 2]) -> Vec<u8> {
-    Cells::halves(size).means(trust, |_| true)
+    PhotoCells::halves(size).means(trust, |_| true)
 }
 
 /// A point of the model that is seen from a place.
