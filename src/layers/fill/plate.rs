@@ -85,14 +85,17 @@ pub struct SurfaceSide {
 #[derive(Debug)]
 pub struct RectifiedTextures {
     memory: u64,
-    made: BTreeMap<SurfaceSide, Option<Arc<RectifiedTexture>>>,
+    /// The number of requests so far.
+    requests: u64,
+    /// Plates, each with the number of the last request for it.
+    made: BTreeMap<SurfaceSide, (u64, Option<Arc<RectifiedTexture>>)>,
 }
 
 impl RectifiedTextures {
-    /// Makes an empty cache. Beyond `memory` bytes it keeps only the plates that a photo needs; others are made again on request, with
-    /// the same result.
+    /// Makes an empty cache. Beyond `memory` bytes it drops the plates that were not asked for longest; they are made again on request,
+    /// with the same result.
     pub fn new(memory: u64) -> Self {
-        Self { memory: memory.min(MOST_KEPT), made: BTreeMap::new() }
+        Self { memory: memory.min(MOST_KEPT), requests: 0, made: BTreeMap::new() }
     }
 
     /// Makes the plates of those `sides` that are not in the cache.
@@ -100,25 +103,46 @@ impl RectifiedTextures {
     /// # Errors
     /// [`quadratura_base::Error::Cancelled`].
     pub fn make(&mut self, context: &FillContext, mut sides: Vec<SurfaceSide>, task: &Task) -> Result<()> {
+        self.requests += 1;
         sides.sort_unstable();
         sides.dedup();
-        let cells: usize = self.made.values().flatten().map(|plate| plate.roots.len()).sum();
-        if CELL * cells as u64 > self.memory {
-            self.made.retain(|side, _| sides.binary_search(side).is_ok());
+        for side in &sides {
+            if let Some((request, _)) = self.made.get_mut(side) {
+                *request = self.requests;
+            }
         }
+        self.drop_oldest();
         sides.retain(|side| !self.made.contains_key(side));
         let make = |side: &SurfaceSide| {
             task.check_cancelled()?;
-            Ok((*side, plate(context, *side)?.map(Arc::new)))
+            Ok((*side, (self.requests, plate(context, *side)?.map(Arc::new))))
         };
         let made: Vec<_> = sides.par_iter().map(make).collect::<Result<_>>()?;
         self.made.extend(made);
         Ok(())
     }
 
+    /// Drops what was asked for before, the oldest first, until the rest keeps to the memory.
+    fn drop_oldest(&mut self) {
+        let bytes = |plate: &Option<Arc<RectifiedTexture>>| {
+            CELL * plate.as_ref().map_or(0, |plate| plate.roots.len() as u64)
+        };
+        let mut all: u64 = self.made.values().map(|(_, plate)| bytes(plate)).sum();
+        let mut old: Vec<(u64, SurfaceSide)> =
+            self.made.iter().map(|(side, (request, _))| (*request, *side)).collect();
+        old.retain(|(request, _)| *request < self.requests);
+        old.sort_unstable();
+        for (_, side) in old {
+            if all <= self.memory {
+                break;
+            }
+            all -= self.made.remove(&side).map_or(0, |(_, plate)| bytes(&plate));
+        }
+    }
+
     /// Returns the plate of a side; `None` where it was not made, or where no photo shows any of the surface.
     pub fn get(&self, side: SurfaceSide) -> Option<&Arc<RectifiedTexture>> {
-        self.made.get(&side)?.as_ref()
+        self.made.get(&side)?.1.as_ref()
     }
 }
 
@@ -330,6 +354,32 @@ mod tests {
         });
         assert!(frame.u.dot(u).abs() > 1.0 - 1e-12 || frame.u.dot(v).abs() > 1.0 - 1e-12);
         assert!((frame.u.cross(frame.v) - DVec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_plates_that_were_not_asked_for_longest_are_dropped() {
+        let plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
+        let plate = RectifiedTexture {
+            frame: PlaneFrame::from_plane(&plane),
+            low: DVec2::ZERO,
+            cell: 1.0,
+            size: [10, 1],
+            roots: vec![[0; 3]; 10],
+            origin: FillOrigin::Exemplar,
+        };
+        let side = |id: u32| SurfaceSide { id: FillSurfaceId(id), back: false };
+        let mut plates = RectifiedTextures::new(3 * 10 * CELL);
+        plates.requests = 9;
+        let asked_for = [4, 9, 2, 7, 9];
+        plates.made = (0..).map(side).zip(asked_for.map(|at| (at, Some(Arc::new(plate.clone()))))).collect();
+        plates.drop_oldest();
+        assert_eq!(
+            [0, 1, 2, 3, 4].map(|id| plates.get(side(id)).is_some()),
+            [false, true, false, true, true]
+        );
+        plates.memory = 0;
+        plates.drop_oldest();
+        assert_eq!(plates.made.len(), 2, "what the present photo needs stays");
     }
 
     #[test]

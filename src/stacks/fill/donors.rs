@@ -14,11 +14,11 @@ use quadratura_layers::fill::{Donor, DonorContent, Donors, FillSurfaces};
 use quadratura_projection::Projector;
 use quadratura_view::agreement::PhotoAgreement;
 
-/// What a filling's memory is divided by for decoded photos, for decoded surroundings, and for rectified surfaces. The rest is for what
-/// is known of the whole site.
-const PHOTOS_SHARE: u64 = 2;
+/// What a filling's memory is divided by for decoded photos, for decoded surroundings, and for rectified surfaces, which take longest to
+/// make. The rest is for what is known of the whole site.
+const PHOTOS_SHARE: u64 = 4;
 pub(super) const SURROUNDINGS_SHARE: u64 = 8;
-pub(super) const PLATES_SHARE: u64 = 8;
+pub(super) const PLATES_SHARE: u64 = 2;
 
 /// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {
@@ -162,7 +162,8 @@ impl Donors for PhotoDonors<'_> {
         self.prepared(SeenPhoto { photo, seen_by })
     }
 
-    /// Returns the number of donors that fit into their share of the budget at the size of the largest photo.
+    /// Returns the number of donors that fit into half the budget at the size of the largest photo: those in use may take more than
+    /// those that are kept.
     fn at_once(&self) -> usize {
         donors_at_once(self.site, self.memory)
     }
@@ -172,5 +173,5 @@ impl Donors for PhotoDonors<'_> {
 pub(super) fn donors_at_once(site: &Site, memory: u64) -> usize {
     let photos = site.photos.iter();
     let largest = photos.map(|photo| Donor::bytes_of(&photo.camera)).max().unwrap_or(1).max(1);
-    (memory / (PHOTOS_SHARE * largest)).max(2) as usize
+    (memory / (2 * largest)).max(2) as usize
 }
