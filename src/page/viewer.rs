@@ -97,13 +97,15 @@ impl PageViewer {
     }
 }
 
-/// Returns a source without lines of comments and empty ones, and with a tab for two blanks of indent: every visitor loads them.
+/// Returns a source without lines of comments and empty ones, with a tab for two blanks of indent, and without the first of them, which
+/// nearly every line has: every visitor loads them.
 fn shortened(source: &str) -> String {
     let says_something = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with("//");
     let lines = source.lines().filter(says_something);
     let indented = |line: &str| {
         let text = line.trim_start_matches(' ');
-        format!("{}{text}\n", "\t".repeat((line.len() - text.len()).div_ceil(2)))
+        let level = (line.len() - text.len()).div_ceil(2);
+        format!("{}{text}\n", "\t".repeat(level.saturating_sub(1)))
     };
     lines.map(indented).collect()
 }
