@@ -317,7 +317,7 @@ pub fn inputs_of_stamps(site: &Site, stamps: &[Option<String>]) -> String {
 }
 
 /// Returns what each stack was made from.
-fn stamps(stacks: &[Option<impl Borrow<Stack>>]) -> Vec<Option<String>> {
+pub fn stamps(stacks: &[Option<impl Borrow<Stack>>]) -> Vec<Option<String>> {
     stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.borrow().inputs().to_owned())).collect()
 }
 

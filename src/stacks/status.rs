@@ -6,7 +6,7 @@ use std::path::Path;
 use quadratura_base::error::Result;
 use quadratura_base::scene::Site;
 use quadratura_base::task::Task;
-use quadratura_document::Project;
+use quadratura_document::{Project, Stack};
 use quadratura_files::lease::Holder;
 use quadratura_files::lock::ProjectLock;
 use quadratura_io::failures::{Failure, failures};
@@ -63,9 +63,8 @@ pub fn status(folder: &Path, project: &Project, site: &Site, task: &Task) -> Res
         task.step("check stacks", done, site.photos.len() as u64)?;
         states.push(survey.state(photo)?);
     }
-    let stamps: Vec<Option<String>> =
-        states.iter().map(|state| state.stack().map(|stack| stack.inputs().to_owned())).collect();
-    let inputs = FillInputs::of_stamps(folder, project, site, &stamps, &project.fill)?;
+    let stacks: Vec<Option<&Stack>> = states.iter().map(StackState::stack).collect();
+    let inputs = FillInputs::new(folder, project, site, &stacks, &project.fill)?;
     let mut workers = BTreeMap::new();
     let mut estimates = None;
     for work in works(folder) {

@@ -371,7 +371,7 @@ impl<'a> PageWriter<'a> {
             viewer,
             parts: vec![
                 part("photos, with labels and confidence", "near"),
-                part("coarse photos, likewise", "far"),
+                part("coarse photos, with coarse labels and confidence", "far"),
                 part("hidden texels", "hidden"),
                 part("layers that one sees through", "cut"),
                 part("geometry", "geometry"),

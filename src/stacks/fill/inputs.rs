@@ -1,5 +1,6 @@
 //! The hash of a filling's inputs: while it is unchanged, the filling is up to date.
 
+use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -93,12 +94,10 @@ impl FillInputs {
         folder: &Path,
         project: &Project,
         site: &Site,
-        stacks: &[Option<Stack>],
+        stacks: &[Option<impl Borrow<Stack>>],
         options: &FillOptions,
     ) -> Result<Self> {
-        let stamps: Vec<Option<String>> =
-            stacks.iter().map(|stack| stack.as_ref().map(|stack| stack.inputs().to_owned())).collect();
-        Self::of_stamps(folder, project, site, &stamps, options)
+        Self::of_stamps(folder, project, site, &gains::stamps(stacks), options)
     }
 
     /// Collects the same from what the photos' stacks were made from ([`Stack::inputs`]), in the site's order.
@@ -278,9 +277,8 @@ pub fn stale_among(
 /// Returns an error when the paint book cannot be read, and of stacks that cannot be compared with the project.
 pub fn photos_to_fill(folder: &Path, project: &Project, site: &Site) -> Result<Vec<PhotoId>> {
     let states = super::stacks::states(project, site, &StackStore::new(folder))?;
-    let stamps: Vec<Option<String>> =
-        states.iter().map(|state| state.stack().map(|stack| stack.inputs().to_owned())).collect();
-    let inputs = FillInputs::of_stamps(folder, project, site, &stamps, &project.fill)?;
+    let stacks: Vec<Option<&Stack>> = states.iter().map(StackState::stack).collect();
+    let inputs = FillInputs::new(folder, project, site, &stacks, &project.fill)?;
     let waits = |state: &StackState| match state {
         StackState::Current(stack) => FillState::new(stack, &inputs) != FillState::Current,
         StackState::Stale(_) => true,
